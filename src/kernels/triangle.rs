@@ -1,0 +1,36 @@
+//! Watertight ray-triangle intersection (Woop, Benthin, Wald 2013, "Watertight Ray/Triangle
+//! Intersection"), with edge functions whose sign is exact: see [`super::edge`].
+//!
+//! A ray through a shared edge or vertex meets at least one of the triangles around it: the
+//! projected corners depend on ray and corner alone, and which side of an edge the ray passes is
+//! decided exactly. Both faces are hit; edges and corners belong to the triangle.
+
+use super::scaled::{Projected, Sheared};
+use super::{Met, area_counts, edge};
+use crate::simd::{LaneMask, Lanes};
+
+/// Where rays meet triangles, given the triangles' corners as the rays see them. `None` if no lane
+/// of `active` does; a NaN or an overflow anywhere is a miss in its lane. `u` and `v` are the
+/// weights of the second and the third corner.
+#[inline(always)]
+pub fn intersect_triangle<F: Lanes>(
+    ray: &Sheared<F>,
+    [a, b, c]: [Projected<F>; 3],
+    active: F::Mask,
+) -> Option<Met<F>> {
+    let (weight_a, weight_b, weight_c) = (edge(c.at, b.at), edge(a.at, c.at), edge(b.at, a.at));
+    let zero = F::splat(0.0);
+    let inside = weight_a.min(weight_b).min(weight_c).ge(zero)
+        | weight_a.max(weight_b).max(weight_c).le(zero);
+    let inside = inside & active;
+    if !inside.any() {
+        return None;
+    }
+    let area = weight_a + weight_b + weight_c;
+    let inverse = F::splat(1.0) / area;
+    // From 0 to 1, so that a product with a depth neither overflows nor vanishes.
+    let (w, u, v) = (weight_a * inverse, weight_b * inverse, weight_c * inverse);
+    let t = w.mul_add(a.depth, u.mul_add(b.depth, v * c.depth)) * ray.inverse;
+    let mask = inside & area_counts(area) & t.ge(ray.t_min) & t.le(ray.t_max);
+    mask.any().then_some(Met { mask, t, u, v })
+}
