@@ -1,0 +1,187 @@
+//! The primitives in the order of the leaves: what the kernels read.
+//!
+//! Layout: one flat array of floats for each kind. The `count` primitives of a leaf that starts at
+//! slot `first` lie at `first * FIELDS ..`, field by field: all `count` values of field 0, then all
+//! of field 1, and so on. So a leaf is contiguous without padding, one primitive is `FIELDS` loads
+//! of one float, and a whole leaf is `FIELDS` loads of eight lanes (the lanes after `count` hold
+//! whatever follows; the array ends with enough zeros for that, and the caller masks them).
+//!
+//! A primitive's *id* is its number over all geometries in the order in which they were added, so
+//! ids compare as `(geom_id, prim_id)` do. [`Leaves::slot_of`] leads from an id to its slot.
+
+use glam::Vec3;
+
+use super::node::{MAX_LEAF, PrimKind};
+
+/// Stands in [`Leaves::slot_of`] for a primitive that was dropped (no area, not finite).
+pub const DROPPED: u32 = u32::MAX;
+
+/// The largest number of primitives of a scene: a slot, its leaf's count and its place in the leaf
+/// share 32 bits.
+pub const MAX_PRIMITIVES: u64 = (1 << 26) - 1;
+
+/// The primitives of one kind, `FIELDS` floats each.
+#[derive(Clone, Debug, Default)]
+pub struct LeafArray<const FIELDS: usize> {
+    /// Leaf by leaf, field by field; see the top of this file.
+    pub fields: Vec<f32>,
+    /// The id of each slot.
+    pub ids: Vec<u32>,
+}
+
+/// The three vertices of triangles: `v0.x v0.y v0.z v1.x .. v2.z`.
+pub type TriangleLeaves = LeafArray<9>;
+/// The four corners of quads in order around them.
+pub type QuadLeaves = LeafArray<12>;
+/// The centre and the radius of spheres.
+pub type SphereLeaves = LeafArray<4>;
+
+impl<const FIELDS: usize> LeafArray<FIELDS> {
+    /// How many primitives there are.
+    pub fn len(&self) -> usize {
+        self.ids.len()
+    }
+
+    /// True if there are none.
+    pub fn is_empty(&self) -> bool {
+        self.ids.is_empty()
+    }
+
+    /// Room for `len` primitives, and for what a load of a whole register may read past the last;
+    /// that even for none, since a ray whose margin is infinite enters empty slots too.
+    pub(super) fn with_len(len: usize) -> Self {
+        Self { fields: vec![0.0; len * FIELDS + MAX_LEAF * 2], ids: vec![0; len] }
+    }
+
+    /// Cuts the array into parts of so many primitives, to be filled apart.
+    pub(super) fn parts(
+        &mut self,
+        counts: impl Iterator<Item = usize>,
+    ) -> Vec<LeafPart<'_, FIELDS>> {
+        let (mut fields, mut ids) = (self.fields.as_mut_slice(), self.ids.as_mut_slice());
+        let mut first = 0;
+        let part = |count: usize| {
+            let part = LeafPart {
+                fields: fields.split_off_mut(..count * FIELDS).expect("room for all parts"),
+                ids: ids.split_off_mut(..count).expect("room for all parts"),
+                first,
+                used: 0,
+            };
+            first += count as u32;
+            part
+        };
+        counts.map(part).collect()
+    }
+
+    /// All fields of one primitive of a leaf.
+    #[inline(always)]
+    pub fn get(&self, first: u32, count: u32, place: u32) -> [f32; FIELDS] {
+        let start = first as usize * FIELDS + place as usize;
+        let fields = &self.fields[start..start + (FIELDS - 1) * count as usize + 1];
+        std::array::from_fn(|field| fields[field * count as usize])
+    }
+
+    /// Field `field` of a whole leaf; at least [`MAX_LEAF`] values, those after `count` foreign.
+    #[inline(always)]
+    pub fn lanes(&self, first: u32, count: u32, field: usize) -> &[f32] {
+        let start = first as usize * FIELDS + field * count as usize;
+        &self.fields[start..start + MAX_LEAF]
+    }
+}
+
+/// A part of a [`LeafArray`] that is filled leaf by leaf.
+pub(super) struct LeafPart<'a, const FIELDS: usize> {
+    fields: &'a mut [f32],
+    ids: &'a mut [u32],
+    /// The slot of its first primitive in the whole array.
+    first: u32,
+    used: usize,
+}
+
+impl<const FIELDS: usize> LeafPart<'_, FIELDS> {
+    /// Appends a leaf and returns its first slot.
+    #[inline(always)]
+    pub(super) fn push_leaf(
+        &mut self,
+        ids: &[u32],
+        fields_of: impl Fn(u32) -> [f32; FIELDS],
+    ) -> u32 {
+        let (start, count) = (self.used, ids.len());
+        self.used += count;
+        self.ids[start..self.used].copy_from_slice(ids);
+        let leaf = &mut self.fields[start * FIELDS..self.used * FIELDS];
+        for (place, &id) in ids.iter().enumerate() {
+            for (field, value) in fields_of(id).into_iter().enumerate() {
+                leaf[field * count + place] = value;
+            }
+        }
+        self.first + start as u32
+    }
+}
+
+/// A primitive taken out of its leaf: for lookups, and for the scalar reference.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Primitive {
+    /// Three vertices.
+    Triangle([Vec3; 3]),
+    /// Four corners in order around it.
+    Quad([Vec3; 4]),
+    /// Centre and radius.
+    Sphere(Vec3, f32),
+}
+
+/// All primitives of a scene in leaf order.
+#[derive(Clone, Debug, Default)]
+pub struct Leaves {
+    /// Triangles.
+    pub triangles: TriangleLeaves,
+    /// Quads.
+    pub quads: QuadLeaves,
+    /// Spheres.
+    pub spheres: SphereLeaves,
+    /// For each id: slot, the leaf's count less one (3 bits) and the place in the leaf (3 bits),
+    /// or [`DROPPED`].
+    pub slot_of: Vec<u32>,
+}
+
+impl Leaves {
+    /// The primitive with this id, of this kind; `None` if it was dropped.
+    pub fn primitive(&self, kind: PrimKind, id: u32) -> Option<Primitive> {
+        let packed = self.slot_of[id as usize];
+        if packed == DROPPED {
+            return None;
+        }
+        let (place, count) = (packed & 7, ((packed >> 3) & 7) + 1);
+        let first = (packed >> 6) - place;
+        Some(match kind {
+            PrimKind::Triangle => {
+                Primitive::Triangle(points(&self.triangles.get(first, count, place)))
+            }
+            PrimKind::Quad => Primitive::Quad(points(&self.quads.get(first, count, place))),
+            PrimKind::Sphere => {
+                let [x, y, z, radius] = self.spheres.get(first, count, place);
+                Primitive::Sphere(Vec3::new(x, y, z), radius)
+            }
+        })
+    }
+
+    /// The memory that the arrays take, in bytes.
+    pub fn bytes(&self) -> usize {
+        fn array<const FIELDS: usize>(array: &LeafArray<FIELDS>) -> usize {
+            4 * (array.fields.capacity() + array.ids.capacity())
+        }
+        array(&self.triangles)
+            + array(&self.quads)
+            + array(&self.spheres)
+            + 4 * self.slot_of.capacity()
+    }
+}
+
+/// Where primitive `place` of a leaf of `count` is, as [`Leaves::slot_of`] has it.
+pub(super) fn packed_slot(first: u32, count: u32, place: u32) -> u32 {
+    (first + place) << 6 | (count - 1) << 3 | place
+}
+
+fn points<const POINTS: usize, const FIELDS: usize>(fields: &[f32; FIELDS]) -> [Vec3; POINTS] {
+    std::array::from_fn(|point| Vec3::from_slice(&fields[3 * point..]))
+}

@@ -1,0 +1,79 @@
+//! The tree over all primitives of a scene: built by boxes alone, eight children a node, leaves of
+//! one kind in SoA arrays.
+//!
+//! `build` makes a binary tree of `primitive` boxes by the surface area heuristic (`binning`) and
+//! has a `plan` which of its nodes to keep, `collapse` turns it into `node`s of eight and lays the
+//! primitives out in leaf order (`leaves`), `validate` checks what the traversals rely on, `stats`
+//! measures it.
+
+mod binning;
+mod build;
+mod collapse;
+mod leaves;
+mod node;
+mod plan;
+mod primitive;
+mod stats;
+#[cfg(test)]
+mod tests;
+mod validate;
+
+pub use build::MAX_DEPTH;
+pub use leaves::{
+    DROPPED, LeafArray, Leaves, MAX_PRIMITIVES, Primitive, QuadLeaves, SphereLeaves, TriangleLeaves,
+};
+pub use node::{Child, LEAF, MAX_LEAF, Node, PrimKind, WIDTH};
+pub use primitive::BuildPrimitive;
+pub use stats::BvhStats;
+pub use validate::BvhError;
+
+use glam::Vec3;
+
+use crate::geometry::Aabb;
+
+/// Where a build gets the primitives from, by their ids. Each method is called with ids of its kind.
+pub trait PrimitiveSource: Sync {
+    /// The vertices of a triangle.
+    fn triangle(&self, id: u32) -> [Vec3; 3];
+    /// The corners of a quad in order around it.
+    fn quad(&self, id: u32) -> [Vec3; 4];
+    /// The centre and the radius of a sphere.
+    fn sphere(&self, id: u32) -> (Vec3, f32);
+}
+
+/// The tree and its primitives. Immutable once built.
+#[derive(Clone, Debug)]
+pub struct Bvh {
+    /// The nodes; the root is the first. Empty for a scene without primitives.
+    pub nodes: Vec<Node>,
+    /// The primitives, leaf by leaf.
+    pub leaves: Leaves,
+    /// The box around all of them.
+    pub bounds: Aabb,
+    /// The largest absolute coordinate of that box: the margins of the slab test grow with it.
+    pub extent: f32,
+    /// The number of nodes on the longest way from the root to a leaf; at most [`MAX_DEPTH`].
+    pub depth: usize,
+}
+
+impl Bvh {
+    /// Builds the tree over `primitives`, each with an id below `ids`, and fills the leaves from
+    /// `source`. The result does not depend on the number of threads; the build runs on the rayon
+    /// pool that it is called in.
+    pub fn build(
+        mut primitives: Vec<BuildPrimitive>,
+        ids: usize,
+        source: &impl PrimitiveSource,
+    ) -> Self {
+        let (tree, bounds) = build::build(&mut primitives);
+        let (nodes, leaves, depth) = collapse::collapse(&tree, &primitives, ids, source);
+        let extent = if bounds.is_empty() {
+            0.0
+        } else {
+            bounds.min.abs().max(bounds.max.abs()).max_element()
+        };
+        let bvh = Self { nodes, leaves, bounds, extent, depth };
+        debug_assert_eq!(bvh.validate(), Ok(()));
+        bvh
+    }
+}

@@ -1,0 +1,140 @@
+//! What the builder knows of a primitive: its box, its kind, its id, in one register of eight lanes.
+
+use glam::{Vec4, Vec4Swizzles};
+
+use super::node::PrimKind;
+use crate::geometry::Aabb;
+use crate::simd::{F32x8, Lanes};
+
+/// A box in eight lanes, `min.xyz, _, -max.xyz, _`: so the union of two boxes is one minimum. What
+/// the two other lanes hold takes part and means nothing, but is never NaN nor denormal.
+#[derive(Clone, Copy, Debug)]
+#[repr(transparent)]
+pub(super) struct SignedBox(F32x8);
+
+impl SignedBox {
+    /// The box that holds nothing.
+    pub(super) fn empty() -> Self {
+        Self(F32x8::splat(f32::INFINITY))
+    }
+
+    /// The box around one point.
+    #[inline(always)]
+    pub(super) fn of_point(point: Vec4) -> Self {
+        Self::join(point, -point)
+    }
+
+    /// The smallest box around both.
+    #[inline(always)]
+    pub(super) fn union(self, other: Self) -> Self {
+        Self(Lanes::min(self.0, other.0))
+    }
+
+    /// The same box as two corners.
+    pub(super) fn aabb(self) -> Aabb {
+        let (min, negative_max) = self.halves();
+        Aabb { min: min.xyz(), max: -negative_max.xyz() }
+    }
+
+    /// The smallest corner and the size.
+    pub(super) fn min_and_size(self) -> (Vec4, Vec4) {
+        let (min, negative_max) = self.halves();
+        (min, -negative_max - min)
+    }
+
+    /// Half the surface area of the box times `scale` squared; 0 for the empty box. The scale comes
+    /// first, so that areas stay finite where it is the inverse of the scene's extent.
+    #[inline(always)]
+    pub(super) fn half_area(self, scale: f32) -> f32 {
+        let (min, negative_max) = self.halves();
+        let size = (-negative_max * scale - min * scale).max(Vec4::ZERO);
+        let products = size * size.yzxw();
+        products.x + products.y + products.z
+    }
+
+    #[inline(always)]
+    fn join(low: Vec4, high: Vec4) -> Self {
+        Self(F32x8::new([low.x, low.y, low.z, low.w, high.x, high.y, high.z, high.w]))
+    }
+
+    #[inline(always)]
+    fn halves(self) -> (Vec4, Vec4) {
+        let lanes = self.0.to_array();
+        (Vec4::from_slice(&lanes[..4]), Vec4::from_slice(&lanes[4..]))
+    }
+}
+
+/// What the builder knows of a primitive.
+#[derive(Clone, Copy, Debug)]
+#[repr(transparent)]
+pub struct BuildPrimitive(SignedBox);
+
+const _: () = assert!(size_of::<BuildPrimitive>() == 32);
+
+/// The kind's number in the last lane of a primitive that is to be left out.
+const LEFT_OUT: u32 = 3;
+
+/// Added to numbers below `2^26`, this makes them the bits of floats from 2 up: as the bits of a
+/// denormal they would make each product a hundred times slower.
+const NORMAL: u32 = 0x4000_0000;
+
+/// A small number as the bits of a float.
+#[inline(always)]
+fn in_float(number: u32) -> f32 {
+    f32::from_bits(NORMAL + number)
+}
+
+/// The inverse of [`in_float`].
+#[inline(always)]
+fn from_float(float: f32) -> u32 {
+    float.to_bits() - NORMAL
+}
+
+impl BuildPrimitive {
+    /// A primitive with a box around it. The box must be finite, the id at most
+    /// [`MAX_PRIMITIVES`](super::MAX_PRIMITIVES).
+    #[inline(always)]
+    pub fn new(bounds: Aabb, kind: PrimKind, id: u32) -> Self {
+        debug_assert!(bounds.min.is_finite() && bounds.max.is_finite());
+        let min = bounds.min.extend(in_float(id));
+        Self(SignedBox::join(min, (-bounds.max).extend(in_float(kind as u32))))
+    }
+
+    /// Stands for a primitive that the tree leaves out.
+    pub fn left_out() -> Self {
+        Self(SignedBox::join(Vec4::ONE, Vec4::ONE.with_w(in_float(LEFT_OUT))))
+    }
+
+    /// True if it is [`BuildPrimitive::left_out`].
+    pub fn is_left_out(&self) -> bool {
+        from_float(self.0.0.lane(7)) == LEFT_OUT
+    }
+
+    /// Its box.
+    pub fn bounds(&self) -> Aabb {
+        self.0.aabb()
+    }
+
+    /// Its kind.
+    pub fn kind(&self) -> PrimKind {
+        PrimKind::ALL[from_float(self.0.0.lane(7)) as usize]
+    }
+
+    /// Its id.
+    #[inline(always)]
+    pub fn id(&self) -> u32 {
+        from_float(self.0.0.lane(3))
+    }
+
+    #[inline(always)]
+    pub(super) fn signed_box(&self) -> SignedBox {
+        self.0
+    }
+
+    /// Its centre, halved first so that it does not overflow.
+    #[inline(always)]
+    pub(super) fn center(&self) -> Vec4 {
+        let (min, negative_max) = self.0.halves();
+        min * 0.5 - negative_max * 0.5
+    }
+}
