@@ -1,0 +1,120 @@
+//! Rays of any number: cut into tiles, each traced as one if its rays run alike, else one by one.
+
+use super::group::Group;
+use super::single::Stack;
+use super::tile::Tile;
+use super::{Closest, ones, packet};
+use crate::bvh::Bvh;
+use crate::hit::{Hits, NO_HIT};
+use crate::kernels::ScaledRay;
+use crate::ray::{Ray, RayPacket, Rays};
+use crate::simd::{F32x8, Lanes, Native};
+
+/// The rays that one step of a batch takes: also the unit in which threads share a batch.
+pub(crate) const TILE_RAYS: usize = Tile::<Native>::RAYS;
+
+/// Writes the closest hit of each ray; `prim_id` is the id over all geometries, and `geom_id` is
+/// left alone.
+pub(crate) fn intersect(bvh: &Bvh, rays: Rays<'_>, hits: &mut Hits<'_>) {
+    trace::<false>(bvh, rays, |start, group, count| {
+        let range = start..start + count;
+        store(group.t(), &mut hits.t[range.clone()]);
+        store(group.u, &mut hits.u[range.clone()]);
+        store(group.v, &mut hits.v[range.clone()]);
+        for (lane, id) in hits.prim_id[range].iter_mut().enumerate() {
+            *id = group.id(lane);
+        }
+    });
+}
+
+/// Says for each ray whether it hits anything.
+pub(crate) fn occluded(bvh: &Bvh, rays: Rays<'_>, occluded: &mut [bool]) {
+    trace::<true>(bvh, rays, |start, group, count| {
+        for (lane, occluded) in occluded[start..start + count].iter_mut().enumerate() {
+            *occluded = group.id(lane) != NO_HIT;
+        }
+    });
+}
+
+/// The first lanes, as many as there are places.
+#[inline(always)]
+fn store<F: Lanes>(lanes: F, to: &mut [f32]) {
+    if to.len() == F::LANES {
+        lanes.store(to);
+    } else {
+        for (lane, to) in to.iter_mut().enumerate() {
+            *to = lanes.lane(lane);
+        }
+    }
+}
+
+/// Traces the rays and gives each group with the place of its first ray and their number.
+fn trace<const ANY: bool>(
+    bvh: &Bvh,
+    rays: Rays<'_>,
+    mut done: impl FnMut(usize, &Group<Native>, usize),
+) {
+    let mut tile = Tile::<Native>::new(bvh);
+    let mut stack = Stack::new();
+    for start in (0..rays.len()).step_by(TILE_RAYS) {
+        let end = (start + TILE_RAYS).min(rays.len());
+        tile.load(rays.range(start, end));
+        for index in ones(tile.trace::<ANY>(bvh)) {
+            tile.groups[index].trace_singly::<ANY>(bvh, &mut stack);
+        }
+        for (group, start) in tile.groups.iter().zip((start..end).step_by(Native::LANES)) {
+            done(start, group, (end - start).min(Native::LANES));
+        }
+    }
+}
+
+/// The closest hit of one ray.
+pub(crate) fn intersect_one(bvh: &Bvh, ray: &Ray) -> Option<Closest> {
+    trace_one::<false>(bvh, ray).closest(0)
+}
+
+/// True if one ray hits anything.
+pub(crate) fn occluded_one(bvh: &Bvh, ray: &Ray) -> bool {
+    trace_one::<true>(bvh, ray).id(0) != NO_HIT
+}
+
+fn trace_one<const ANY: bool>(bvh: &Bvh, ray: &Ray) -> Group<f32> {
+    let scaled =
+        ScaledRay::new(ray.origin.to_array(), ray.dir.to_array(), ray.t_min, ray.t_max, true);
+    let mut group = Group::new();
+    group.load(&scaled);
+    if !bvh.nodes.is_empty() {
+        group.trace_singly::<ANY>(bvh, &mut Stack::new());
+    }
+    group
+}
+
+/// Gives the closest hits of the lanes in `active`.
+pub(crate) fn intersect_packet(
+    bvh: &Bvh,
+    rays: &RayPacket,
+    active: u8,
+    mut give: impl FnMut(usize, Option<Closest>),
+) {
+    let group = trace_packet::<false>(bvh, rays, active);
+    for lane in (0..F32x8::LANES).filter(|lane| active >> lane & 1 != 0) {
+        give(lane, group.closest(lane));
+    }
+}
+
+/// One bit for each lane in `active`: 1 if its ray hits anything.
+pub(crate) fn occluded_packet(bvh: &Bvh, rays: &RayPacket, active: u8) -> u8 {
+    let group = trace_packet::<true>(bvh, rays, active);
+    (0..F32x8::LANES).fold(0, |bits, lane| bits | u8::from(group.id(lane) != NO_HIT) << lane)
+}
+
+fn trace_packet<const ANY: bool>(bvh: &Bvh, rays: &RayPacket, active: u8) -> Group<F32x8> {
+    let ray = rays.as_rays().scaled(F32x8::load, F32x8::mask(u32::from(active)));
+    let mut group = Group::new();
+    group.load(&ray);
+    if !group.is_dead() {
+        group.prepare_boxes(bvh.extent);
+        packet::trace::<ANY>(bvh, &mut group);
+    }
+    group
+}

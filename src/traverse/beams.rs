@@ -1,0 +1,99 @@
+//! Beams: a tile whose groups have bounds of their own.
+
+use super::cull::{Cull, Reach, Slopes};
+use super::group::Group;
+use super::ones;
+use super::tile::GROUPS;
+use crate::kernels::{Beam, BeamAxes, Bounds, ScaledRay};
+use crate::simd::{F32x8, F32x16, LaneMask, Lanes};
+
+/// Groups that each have bounds of their own.
+pub(super) struct Beams {
+    groups: Beam<F32x16>,
+    whole: Beam<F32x8>,
+    reach: Reach,
+}
+
+impl Beams {
+    pub(super) fn new<F: Lanes>(
+        groups: &[Group<F>; GROUPS],
+        live: u32,
+        axes: BeamAxes,
+        margin: f32,
+        slopes: &Slopes,
+        reach: Reach,
+    ) -> Self {
+        let mut min = [[f32::INFINITY; GROUPS]; 3];
+        let mut max = [[f32::NEG_INFINITY; GROUPS]; 3];
+        let (inf, neg) = (F::splat(f32::INFINITY), F::splat(f32::NEG_INFINITY));
+        for index in ones(live) {
+            let ray = &groups[index].ray;
+            let origin = axes.turn(ray.origin);
+            for axis in 0..3 {
+                min[axis][index] = F::select(ray.valid, origin[axis], inf).reduce_min() - margin;
+                max[axis][index] = F::select(ray.valid, origin[axis], neg).reduce_max() + margin;
+            }
+        }
+        let origin = Bounds {
+            min: min.map(|lanes| F32x16::load(&lanes)),
+            max: max.map(|lanes| F32x16::load(&lanes)),
+        };
+        let whole_origin = Bounds {
+            min: origin.min.map(|lanes| F32x8::splat(lanes.reduce_min())),
+            max: origin.max.map(|lanes| F32x8::splat(lanes.reduce_max())),
+        };
+        let ((slope_min, slope_max), (whole_min, whole_max)) = (slopes.lanes(), slopes.whole());
+        Self {
+            groups: Beam { origin, slope_min, slope_max, start: reach.start },
+            whole: Beam {
+                origin: whole_origin,
+                slope_min: whole_min,
+                slope_max: whole_max,
+                start: reach.whole_start,
+            },
+            reach,
+        }
+    }
+}
+
+impl Cull for Beams {
+    /// Minima and maxima in the beams' axes.
+    type Boxes = [[f32; 8]; 6];
+    const LOOSE: bool = true;
+    const FAN: bool = false;
+
+    #[inline(always)]
+    fn origin(&self) -> [F32x8; 3] {
+        [F32x8::ZERO; 3]
+    }
+
+    #[inline(always)]
+    fn boxes(&self, bounds: [F32x8; 6]) -> (Self::Boxes, u32) {
+        let turned = self.reach.axes.turn_box(bounds);
+        let met = self.whole.meets(&turned, self.reach.whole_end);
+        let ([a, b, c], [d, e, f]) = (turned.min, turned.max);
+        ([a, b, c, d, e, f].map(F32x8::to_array), met.bits())
+    }
+
+    #[inline(always)]
+    fn groups(&self, boxes: &Self::Boxes, slot: usize) -> (u32, f32) {
+        let of = |place: usize| F32x16::splat(boxes[place][slot]);
+        let bounds = Bounds { min: [of(0), of(1), of(2)], max: [of(3), of(4), of(5)] };
+        (self.groups.meets(&bounds, self.reach.end).bits(), boxes[2][slot])
+    }
+
+    #[inline(always)]
+    fn reach(&self, start: f32) -> u32 {
+        Lanes::le(F32x16::splat(start), self.reach.end).bits()
+    }
+
+    #[inline(always)]
+    fn draw_in<F: Lanes>(&mut self, group: usize, ray: &ScaledRay<F>) {
+        self.reach.draw_in(group, ray);
+    }
+
+    #[inline(always)]
+    fn settle(&mut self) {
+        self.reach.settle();
+    }
+}

@@ -1,0 +1,117 @@
+//! Cones: a tile whose rays all run through one point.
+
+use super::cull::{Cull, Reach, Slopes};
+use crate::kernels::{BeamAxes, Footprint, ScaledRay};
+use crate::simd::{F32x8, F32x16, LaneMask, Lanes};
+
+/// Groups whose rays all run through the apex; `FAN` if they all start there, exactly.
+pub(super) struct Cone<const FAN: bool> {
+    /// As the rays run, or against it if they run towards the apex: from the apex to the rays.
+    axes: BeamAxes,
+    apex: [F32x8; 3],
+    /// Where all rays of a fan start, in the scene's axes.
+    origin: [F32x8; 3],
+    margin: F32x8,
+    groups: Footprint<F32x16>,
+    whole: Footprint<F32x8>,
+    reach: Reach,
+}
+
+/// Eight boxes as seen from the apex, field by field.
+pub(super) struct Footprints {
+    min: [[f32; 8]; 2],
+    max: [[f32; 8]; 2],
+    start: [f32; 8],
+    end: [f32; 8],
+}
+
+impl<const FAN: bool> Cone<FAN> {
+    /// `None` if the apex lies amidst the rays.
+    pub(super) fn new(
+        axes: BeamAxes,
+        apex: [f32; 3],
+        origin: [f32; 3],
+        slopes: &Slopes,
+        reach: &Reach,
+    ) -> Option<Self> {
+        let margin = reach.margin;
+        let diverge = reach.whole_start.lane(0) >= apex[2] - 2.0 * margin;
+        let converge = reach.whole_end.lane(0) <= apex[2] + 2.0 * margin;
+        if !(diverge || converge) {
+            return None;
+        }
+        let ((min, max), (whole_min, whole_max)) = (slopes.lanes(), slopes.whole());
+        let mut cone = Self {
+            axes,
+            apex: apex.map(F32x8::splat),
+            origin: origin.map(F32x8::splat),
+            margin: F32x8::splat(margin),
+            groups: Footprint { min, max },
+            whole: Footprint { min: whole_min, max: whole_max },
+            reach: reach.clone(),
+        };
+        if !diverge {
+            cone.axes.mirrored = !axes.mirrored;
+            cone.apex[2] = -cone.apex[2];
+            cone.groups = Footprint { min: max.map(|s| -s), max: min.map(|s| -s) };
+            cone.whole = Footprint { min: whole_max.map(|s| -s), max: whole_min.map(|s| -s) };
+        }
+        Some(cone)
+    }
+}
+
+impl<const FAN: bool> Cull for Cone<FAN> {
+    type Boxes = Footprints;
+    const LOOSE: bool = !FAN;
+    const FAN: bool = FAN;
+
+    #[inline(always)]
+    fn origin(&self) -> [F32x8; 3] {
+        self.origin
+    }
+
+    #[inline(always)]
+    fn boxes(&self, bounds: [F32x8; 6]) -> (Footprints, u32) {
+        let forward = self.reach.axes.turn_box(bounds);
+        let (start, end) = (forward.min[2], forward.max[2]);
+        let seen = self.axes.turn_box(bounds);
+        let (footprint, _, depth) = Footprint::new(self.apex, &seen, self.margin);
+        let apart = footprint.apart(&self.whole)
+            | Lanes::lt(depth, F32x8::splat(0.0))
+            | Lanes::gt(start, self.reach.whole_end)
+            | Lanes::gt(self.reach.whole_start, end);
+        let boxes = Footprints {
+            min: footprint.min.map(F32x8::to_array),
+            max: footprint.max.map(F32x8::to_array),
+            start: start.to_array(),
+            end: end.to_array(),
+        };
+        (boxes, (!apart).bits())
+    }
+
+    #[inline(always)]
+    fn groups(&self, boxes: &Footprints, slot: usize) -> (u32, f32) {
+        let of = |lanes: &[[f32; 8]; 2]| lanes.map(|lanes| F32x16::splat(lanes[slot]));
+        let footprint = Footprint { min: of(&boxes.min), max: of(&boxes.max) };
+        let start = boxes.start[slot];
+        let apart = footprint.apart(&self.groups)
+            | Lanes::gt(F32x16::splat(start), self.reach.end)
+            | Lanes::gt(self.reach.start, F32x16::splat(boxes.end[slot]));
+        ((!apart).bits(), start)
+    }
+
+    #[inline(always)]
+    fn reach(&self, start: f32) -> u32 {
+        Lanes::le(F32x16::splat(start), self.reach.end).bits()
+    }
+
+    #[inline(always)]
+    fn draw_in<F: Lanes>(&mut self, group: usize, ray: &ScaledRay<F>) {
+        self.reach.draw_in(group, ray);
+    }
+
+    #[inline(always)]
+    fn settle(&mut self) {
+        self.reach.settle();
+    }
+}

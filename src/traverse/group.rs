@@ -1,0 +1,300 @@
+//! A group: one register of rays, and what they have met so far.
+//!
+//! Lanes without a valid ray hold an empty range: they meet no box and no primitive. So do lanes
+//! that look for any hit and have one.
+
+use super::Closest;
+use super::ones;
+use super::single::{self, Single, Stack};
+use crate::bvh::Bvh;
+use crate::hit::NO_HIT;
+use crate::kernels::{
+    Met, ScaledRay, Sheared, SlabRay, intersect_quad, intersect_sphere, intersect_triangle,
+};
+use crate::simd::{LaneMask, Lanes};
+
+/// The most lanes of a group.
+pub(super) const MAX_LANES: usize = 16;
+
+/// The order of axes in which each axis comes last; there is no fourth.
+const ORDER: [[usize; 3]; 4] = [[1, 2, 0], [2, 0, 1], [0, 1, 2], [0, 1, 2]];
+
+/// One register of rays and what they have met.
+#[derive(Clone, Copy)]
+#[repr(C, align(64))]
+pub(super) struct Group<F: Lanes> {
+    /// The rays; `t_max` is the best hit so far.
+    pub(super) ray: ScaledRay<F>,
+    /// The shear of each lane along its own main axis.
+    shear: [F; 2],
+    inverse: F,
+    pub(super) u: F,
+    pub(super) v: F,
+    /// The bits of the ids of what was met, [`NO_HIT`] where nothing was.
+    ids: F,
+    /// The lanes that are to be tested along each main axis.
+    along: [u32; 3],
+    /// The axes along which there are any, one bit each.
+    axes: u32,
+    /// The valid lanes that have met nothing yet.
+    pub(super) missing: u32,
+    /// For box tests; made by [`Group::prepare_boxes`].
+    slab: SlabRay<F>,
+    /// Where a plane that is met first lies in a node's bounds, if that is the same in all lanes.
+    near_plane: Option<[usize; 3]>,
+}
+
+impl<F: Lanes> Group<F> {
+    pub(super) fn new() -> Self {
+        let zero = F::splat(0.0);
+        let ray = ScaledRay::new([zero; 3], [zero; 3], zero, zero, F::mask(0));
+        Self {
+            slab: SlabRay { inverse: [zero; 3], near: [zero; 3], far: [zero; 3] },
+            shear: [zero; 2],
+            inverse: zero,
+            u: zero,
+            v: zero,
+            ids: F::splat(f32::from_bits(NO_HIT)),
+            along: [0; 3],
+            axes: 0,
+            missing: 0,
+            near_plane: None,
+            ray,
+        }
+    }
+
+    /// Takes new rays, which have met nothing.
+    #[inline(always)]
+    pub(super) fn load(&mut self, ray: &ScaledRay<F>) {
+        self.ray = *ray;
+        self.along = ray.axis_masks();
+        self.axes = 0;
+        for axis in 0..3 {
+            if self.along[axis] != 0 {
+                self.axes |= 1 << axis;
+                let sheared = ray.sheared(axis);
+                let mask = F::mask(self.along[axis]);
+                self.shear[0] = F::select(mask, sheared.shear[0], self.shear[0]);
+                self.shear[1] = F::select(mask, sheared.shear[1], self.shear[1]);
+                self.inverse = F::select(mask, sheared.inverse, self.inverse);
+            }
+        }
+        self.u = F::splat(0.0);
+        self.v = F::splat(0.0);
+        self.ids = F::splat(f32::from_bits(NO_HIT));
+        self.missing = ray.valid.bits();
+    }
+
+    /// Makes the rays ready for [`Group::interval`].
+    #[inline(always)]
+    pub(super) fn prepare_boxes(&mut self, extent: f32) {
+        self.slab = SlabRay::new(&self.ray, extent);
+        let valid = self.ray.valid.bits();
+        let negative = self.slab.inverse.map(|part| part.lt(F::splat(0.0)).bits() & valid);
+        let one_sign = negative.iter().all(|&lanes| lanes == 0 || lanes == valid);
+        self.near_plane = one_sign
+            .then(|| std::array::from_fn(|axis| if negative[axis] == 0 { axis } else { axis + 3 }));
+    }
+
+    /// True if no lane is to be tested any more.
+    #[inline(always)]
+    pub(super) fn is_dead(&self) -> bool {
+        self.along == [0; 3]
+    }
+
+    /// Where each ray is inside the box; empty (the first value is larger) where it misses.
+    #[inline(always)]
+    pub(super) fn interval(&self, bounds: impl Fn(usize) -> F) -> (F, F) {
+        match self.near_plane {
+            Some(near_plane) => self.slab.interval(
+                near_plane.map(&bounds),
+                near_plane.map(|place| bounds((place + 3) % 6)),
+                self.ray.t_min,
+                self.ray.t_max,
+            ),
+            None => self.slab.interval_any_sign(
+                [bounds(0), bounds(1), bounds(2)],
+                [bounds(3), bounds(4), bounds(5)],
+                self.ray.t_min,
+                self.ray.t_max,
+            ),
+        }
+    }
+
+    /// True if a ray meets the box.
+    #[inline(always)]
+    pub(super) fn meets_box(&self, bounds: impl Fn(usize) -> F) -> bool {
+        let (near, far) = self.interval(bounds);
+        near.le(far).any()
+    }
+
+    /// Tests a triangle, `v0.x .. v2.z`, which may already be relative to the origin that all rays
+    /// share. True if it is kept for any lane.
+    #[inline(always)]
+    pub(super) fn meet_triangle<const ANY: bool>(
+        &mut self,
+        corners: &[f32; 9],
+        from_origin: bool,
+        id: u32,
+    ) -> bool {
+        self.meet_along::<ANY>(id, |ray, order, active| {
+            let corner = |corner: usize| {
+                let point = order.map(|axis| F::splat(corners[3 * corner + axis]));
+                if from_origin { ray.project_from_origin(point) } else { ray.project(point) }
+            };
+            intersect_triangle(ray, [corner(0), corner(1), corner(2)], active)
+        })
+    }
+
+    /// Tests a quad, its corners in order around it, likewise. True if it is kept for any lane.
+    #[inline(always)]
+    pub(super) fn meet_quad<const ANY: bool>(
+        &mut self,
+        corners: &[f32; 12],
+        from_origin: bool,
+        id: u32,
+    ) -> bool {
+        self.meet_along::<ANY>(id, |ray, order, active| {
+            let corner = |corner: usize| {
+                let point = order.map(|axis| F::splat(corners[3 * corner + axis]));
+                if from_origin { ray.project_from_origin(point) } else { ray.project(point) }
+            };
+            intersect_quad(ray, std::array::from_fn(corner), active)
+        })
+    }
+
+    /// Tests a primitive with the lanes of each main axis in turn; mostly there is just one.
+    #[inline(always)]
+    fn meet_along<const ANY: bool>(
+        &mut self,
+        id: u32,
+        test: impl Fn(&Sheared<F>, [usize; 3], F::Mask) -> Option<Met<F>>,
+    ) -> bool {
+        let mut closer = false;
+        let mut axes = self.axes;
+        while axes != 0 {
+            let main = axes.trailing_zeros() as usize;
+            axes &= axes - 1;
+            let order = ORDER[main & 3];
+            let ray = Sheared {
+                origin: order.map(|axis: usize| self.ray.origin[axis]),
+                shear: self.shear,
+                inverse: self.inverse,
+                t_min: self.ray.t_min,
+                t_max: self.ray.t_max,
+            };
+            if let Some(met) = test(&ray, order, F::mask(self.along[main])) {
+                closer |= self.keep::<ANY>(&met, id);
+            }
+        }
+        closer
+    }
+
+    /// Tests a sphere, centre and radius. True if it is kept for any lane.
+    #[inline(always)]
+    pub(super) fn meet_sphere<const ANY: bool>(&mut self, sphere: &[f32; 4], id: u32) -> bool {
+        let [x, y, z, radius] = sphere.map(F::splat);
+        let lanes = F::mask(self.along[0] | self.along[1] | self.along[2]);
+        intersect_sphere(&self.ray, [x, y, z], radius, lanes)
+            .is_some_and(|met| self.keep::<ANY>(&met, id))
+    }
+
+    /// Keeps the lanes of `met` that are closer than what they have.
+    #[inline(always)]
+    fn keep<const ANY: bool>(&mut self, met: &Met<F>, id: u32) -> bool {
+        let mut closer = met.mask;
+        if ANY {
+            let hit = met.mask.bits();
+            self.along = self.along.map(|lanes| lanes & !hit);
+            self.ray.t_max = F::select(met.mask, F::splat(f32::NEG_INFINITY), self.ray.t_max);
+        } else {
+            // No hit is beyond `t_max`: those that are not closer are at it.
+            let mut tied = (met.mask & met.t.eq(self.ray.t_max)).bits();
+            if tied != 0 {
+                for lane in 0..F::LANES {
+                    if tied >> lane & 1 != 0 && id < self.id(lane) {
+                        tied &= !(1 << lane);
+                    }
+                }
+                closer = closer & !F::mask(tied);
+                if !closer.any() {
+                    return false;
+                }
+            }
+            self.ray.t_max = F::select(closer, met.t, self.ray.t_max);
+            self.u = F::select(closer, met.u, self.u);
+            self.v = F::select(closer, met.v, self.v);
+        }
+        self.missing &= !closer.bits();
+        self.ids = F::select(closer, F::splat(f32::from_bits(id)), self.ids);
+        true
+    }
+
+    /// The ray of a valid lane; the boxes must be prepared.
+    #[inline(always)]
+    pub(super) fn single(&self, lane: usize) -> Single {
+        let of = |lanes: [F; 3]| lanes.map(|part| part.lane(lane));
+        Single {
+            origin: of(self.ray.origin),
+            dir: of(self.ray.dir),
+            t_min: self.ray.t_min.lane(lane),
+            t_max: self.ray.t_max.lane(lane),
+            inverse: of(self.slab.inverse),
+            near: of(self.slab.near),
+            far: of(self.slab.far),
+            shear: self.shear.map(|part| part.lane(lane)),
+            inverse_main: self.inverse.lane(lane),
+            main: (0..2).find(|&main| self.along[main] >> lane & 1 != 0).unwrap_or(2),
+        }
+    }
+
+    /// Traces the valid lanes one by one.
+    pub(super) fn trace_singly<const ANY: bool>(&mut self, bvh: &Bvh, stack: &mut Stack) {
+        self.prepare_boxes(bvh.extent);
+        for lane in ones(self.ray.valid.bits()) {
+            let ray = self.single(lane);
+            if !ANY {
+                self.set(lane, &single::intersect(bvh, &ray, stack));
+            } else if single::occluded(bvh, &ray, stack) {
+                self.set_id(lane, 0);
+            }
+        }
+    }
+
+    /// The id of what a lane met, or [`NO_HIT`].
+    #[inline(always)]
+    pub(super) fn id(&self, lane: usize) -> u32 {
+        self.ids.lane(lane).to_bits()
+    }
+
+    fn set_id(&mut self, lane: usize, id: u32) {
+        self.ids.set_lane(lane, f32::from_bits(id));
+        self.missing &= !(1 << lane);
+    }
+
+    /// Notes what a lane met, `t` in terms of the scaled ray.
+    fn set(&mut self, lane: usize, best: &Closest) {
+        if best.id == NO_HIT {
+            return;
+        }
+        self.set_id(lane, best.id);
+        self.ray.t_max.set_lane(lane, best.t);
+        self.u.set_lane(lane, best.u);
+        self.v.set_lane(lane, best.v);
+    }
+
+    /// `t` of the caller's rays, infinite where nothing was met.
+    #[inline(always)]
+    pub(super) fn t(&self) -> F {
+        // Valid lanes that met nothing may still be missing, invalid ones always are.
+        let met = F::mask(self.ray.valid.bits() & !self.missing);
+        F::select(met, self.ray.t_max * self.ray.scale, F::splat(f32::INFINITY))
+    }
+
+    /// The closest hit of a lane, in terms of the caller's ray; `None` if it met nothing.
+    pub(super) fn closest(&self, lane: usize) -> Option<Closest> {
+        let id = self.id(lane);
+        let t = self.ray.t_max.lane(lane) * self.ray.scale.lane(lane);
+        (id != NO_HIT).then(|| Closest { t, u: self.u.lane(lane), v: self.v.lane(lane), id })
+    }
+}

@@ -1,0 +1,55 @@
+//! Traversals: rays against the tree.
+//!
+//! - `batch`: rays of any number; looks at them and picks one of the next two
+//! - `tile`: up to sixteen groups of rays that run alike, in one descent
+//! - `packet`: eight rays that come alone
+//! - `single`: one ray
+//! - `shadow`: points against an area light
+//! - [`visits`]: counts for whoever tunes them
+//! - [`mod@reference`]: one ray against everything, written independently
+//!
+//! All of them give the same bits.
+
+mod aim;
+pub(crate) mod batch;
+mod beams;
+mod cone;
+mod cull;
+mod group;
+mod packet;
+pub mod reference;
+pub(crate) mod shadow;
+mod single;
+mod tile;
+pub mod visits;
+
+use crate::bvh::{Bvh, MAX_DEPTH, WIDTH};
+
+/// The closest hit as the traversals keep it, the primitive by its id.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Closest {
+    /// Distance along the ray.
+    pub t: f32,
+    /// First surface coordinate.
+    pub u: f32,
+    /// Second surface coordinate.
+    pub v: f32,
+    /// The primitive, numbered over all geometries.
+    pub id: u32,
+}
+
+/// How many entries a stack of waiting children needs: each node on the way leaves at most seven.
+fn stack_size(bvh: &Bvh) -> usize {
+    debug_assert!(bvh.depth <= MAX_DEPTH);
+    (WIDTH - 1) * bvh.depth + 1
+}
+
+/// The places of the bits that are set.
+#[inline(always)]
+fn ones(mut bits: u32) -> impl Iterator<Item = usize> {
+    std::iter::from_fn(move || {
+        let place = (bits != 0).then(|| bits.trailing_zeros() as usize)?;
+        bits &= bits - 1;
+        Some(place)
+    })
+}

@@ -1,0 +1,84 @@
+//! Points against an area light: which samples of the light each point sees.
+//!
+//! A ray batch asks each ray what is in its way. Here, blocks of neighbouring points ask first what
+//! is between them and the light at all:
+//! 1. A block of points goes down the tree in one descent ([`block`]). A node's boxes are tested
+//!    against the shaft around all points and the light, then against the shafts of sixteen groups of
+//!    points, then against the points' own, sixteen points side by side ([`group`]).
+//! 2. A primitive that is left is tested against the pyramids from sixteen points to the light
+//!    ([`crate::kernels::Pyramids`]): some it misses, some it covers wholly.
+//! 3. A point that some primitive neither misses nor covers for sure is in penumbra, or behind many
+//!    small primitives. Its samples are placed and go as rays of a batch ([`rays`]). So do those of
+//!    points whose directions to the light spread too far for shafts, or are not finite.
+//!
+//! A point that nothing was between sees the whole light without one ray, and one that a single
+//! primitive covers is dark without one.
+//!
+//! Invariant: a sample is unseen exactly if its ray is occluded, bit for bit.
+
+mod block;
+mod group;
+mod rays;
+
+use std::ops::Range;
+
+use glam::Vec3;
+
+use self::block::Block;
+use self::rays::SampleRays;
+use crate::bvh::Bvh;
+use crate::points::{LightSamples, Points};
+
+/// How many points a block has: sixteen groups of sixteen.
+pub(crate) const BLOCK_POINTS: usize = 256;
+
+/// Fewer samples than this are traced as rays: a register of lanes would be mostly empty.
+const FEWEST_SAMPLES: usize = 4;
+
+/// A parallelogram that shines; with edges of zero a point.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct AreaLight {
+    pub(crate) corner: Vec3,
+    pub(crate) edge_u: Vec3,
+    pub(crate) edge_v: Vec3,
+}
+
+/// Points, a light, and samples on it.
+#[derive(Clone, Copy)]
+pub(crate) struct Query<'a, S: ?Sized> {
+    pub(crate) points: Points<'a>,
+    pub(crate) light: AreaLight,
+    pub(crate) samples: &'a S,
+}
+
+/// Which samples a point sees.
+#[derive(Clone, Copy, Debug)]
+pub(crate) enum Seen<'a> {
+    All,
+    None,
+    /// One bit a sample, sixteen samples in each number.
+    Masks(&'a [u16]),
+}
+
+/// Gives each point of `range` with the samples that it sees, in no particular order.
+pub(crate) fn visibility<S: LightSamples + ?Sized>(
+    bvh: &Bvh,
+    query: &Query<'_, S>,
+    range: Range<usize>,
+    mut done: impl FnMut(usize, Seen<'_>),
+) {
+    let samples = query.samples.per_point();
+    let mut rays = SampleRays::new(samples);
+    let is_point = query.light.edge_u == Vec3::ZERO && query.light.edge_v == Vec3::ZERO;
+    if samples < FEWEST_SAMPLES || is_point {
+        range.for_each(|point| rays.add(bvh, query, point, &mut done));
+    } else {
+        let mut block = Block::new(bvh, query);
+        for start in range.clone().step_by(BLOCK_POINTS) {
+            let end = (start + BLOCK_POINTS).min(range.end);
+            block.trace(start..end, &mut done);
+            block.unsettled().for_each(|point| rays.add(bvh, query, point, &mut done));
+        }
+    }
+    rays.trace(bvh, &mut done);
+}

@@ -1,0 +1,295 @@
+//! A tile: up to sixteen groups of rays that run alike, taken through the tree in one descent.
+//!
+//! Layout: a group is one register of rays (sixteen with AVX-512, else eight). What is known of a
+//! group as a whole is one lane of sixteen in the tile's [`Aim`].
+//!
+//! A descent keeps a set of groups for each waiting node:
+//! 1. The node's eight boxes against the whole tile, in eight lanes.
+//! 2. Each box that is left against the groups, in sixteen lanes: a set of groups.
+//! 3. If the groups' bounds are loose, each group of the set tests the box with its own rays and
+//!    leaves the set if none meets it.
+//! 4. In a leaf, the boxes of its primitives go the same way, and the groups that are left test the
+//!    primitive with all their rays.
+//!
+//! Invariants: bounds, slab tests and the primitives' own tests never contradict each other, so a
+//! descent finds what the scalar reference finds.
+
+use super::aim::Aim;
+use super::cull::Cull;
+use super::group::{Group, MAX_LANES};
+use super::visits::count;
+use super::{ones, stack_size};
+use crate::bvh::{Bvh, Child, LeafArray, PrimKind};
+use crate::ray::Rays;
+use crate::simd::{F32x8, Lanes};
+
+/// How many groups a tile has: one a lane of the widest culling test.
+pub(super) const GROUPS: usize = 16;
+
+/// A node or leaf that waits, and the groups that are to enter it.
+#[derive(Clone, Copy, Default)]
+struct Waiting {
+    index: u32,
+    meta: u32,
+    groups: u32,
+    /// The coordinate along the rays' main axis at which its box starts.
+    start: f32,
+}
+
+/// Up to sixteen groups of rays.
+pub(super) struct Tile<F: Lanes> {
+    pub(super) groups: [Group<F>; GROUPS],
+    /// The groups with a ray that is still to be traced.
+    live: u32,
+    stack: Vec<Waiting>,
+}
+
+impl<F: Lanes> Tile<F> {
+    /// The most rays that a tile takes.
+    pub(super) const RAYS: usize = GROUPS * F::LANES;
+
+    pub(super) fn new(bvh: &Bvh) -> Self {
+        Self {
+            groups: [Group::new(); GROUPS],
+            live: 0,
+            stack: vec![Waiting::default(); stack_size(bvh)],
+        }
+    }
+
+    /// Takes up to [`Tile::RAYS`] rays.
+    pub(super) fn load(&mut self, rays: Rays<'_>) {
+        debug_assert!(rays.len() <= Self::RAYS);
+        self.live = 0;
+        for (group, start) in (0..rays.len()).step_by(F::LANES).enumerate() {
+            let count = (rays.len() - start).min(F::LANES);
+            let load = |from: &[f32]| {
+                if count == F::LANES {
+                    F::load(&from[start..])
+                } else {
+                    let mut lanes = [0.0; MAX_LANES];
+                    lanes[..count].copy_from_slice(&from[start..]);
+                    F::load(&lanes)
+                }
+            };
+            let group_rays = rays.scaled(load, F::mask((1_u32 << count) - 1));
+            self.groups[group].load(&group_rays);
+            self.live |= u32::from(!self.groups[group].is_dead()) << group;
+        }
+    }
+
+    /// Traces the groups whose rays run alike in one descent: their closest hits, or any hits if
+    /// `ANY`. Returns the groups that are left, to be traced ray by ray.
+    pub(super) fn trace<const ANY: bool>(&mut self, bvh: &Bvh) -> u32 {
+        if bvh.nodes.is_empty() {
+            return 0;
+        }
+        let Some((mut aim, aimed)) = Aim::new(&self.groups, self.live, bvh) else {
+            return self.live;
+        };
+        let rest = self.live & !aimed;
+        self.live = aimed;
+        match &mut aim {
+            Aim::Fan(fan) => self.descend::<ANY, _>(bvh, fan),
+            Aim::Cone(cone) => self.descend::<ANY, _>(bvh, cone),
+            Aim::Beams(beams) => self.descend::<ANY, _>(bvh, beams),
+        }
+        rest
+    }
+
+    fn descend<const ANY: bool, C: Cull>(&mut self, bvh: &Bvh, cull: &mut C) {
+        count(|visits| {
+            if C::LOOSE {
+                visits.beams += 1;
+            } else {
+                visits.cones += 1;
+            }
+        });
+        if C::LOOSE {
+            for index in ones(self.live) {
+                self.groups[index].prepare_boxes(bvh.extent);
+            }
+        }
+        let leaves = &bvh.leaves;
+        let mut waiting = 1;
+        self.stack[0] =
+            Waiting { groups: self.live, start: f32::NEG_INFINITY, ..Waiting::default() };
+        while waiting > 0 {
+            waiting -= 1;
+            let next = self.stack[waiting];
+            let groups = next.groups & self.live & cull.reach(next.start);
+            if groups == 0 {
+                continue;
+            }
+            match Child::unpack(next.index, next.meta) {
+                Child::Inner(node) => {
+                    waiting = self.enter_node::<ANY, C>(bvh, cull, node, groups, waiting);
+                }
+                Child::Leaf { kind: PrimKind::Triangle, first, count } => {
+                    let leaf = Leaf::new(&leaves.triangles, first, count);
+                    self.enter_leaf::<ANY, C, 9>(cull, groups, leaf, |group, fields, id| {
+                        group.meet_triangle::<ANY>(fields, C::FAN, id)
+                    });
+                }
+                Child::Leaf { kind: PrimKind::Quad, first, count } => {
+                    let leaf = Leaf::new(&leaves.quads, first, count);
+                    self.enter_leaf::<ANY, C, 12>(cull, groups, leaf, |group, fields, id| {
+                        group.meet_quad::<ANY>(fields, C::FAN, id)
+                    });
+                }
+                Child::Leaf { kind: PrimKind::Sphere, first, count } => {
+                    let leaf = Leaf::new(&leaves.spheres, first, count);
+                    self.enter_leaf::<ANY, C, 4>(cull, groups, leaf, |group, fields, id| {
+                        group.meet_sphere::<ANY>(fields, id)
+                    });
+                }
+            }
+        }
+    }
+
+    /// Puts the children that some group may meet on the stack, the next one on top.
+    #[inline(always)]
+    fn enter_node<const ANY: bool, C: Cull>(
+        &mut self,
+        bvh: &Bvh,
+        cull: &C,
+        node: u32,
+        groups: u32,
+        mut waiting: usize,
+    ) -> usize {
+        count(|visits| visits.nodes += 1);
+        let node = &bvh.nodes[node as usize];
+        let base = waiting;
+        let bounds = std::array::from_fn(|place| F32x8::load(&node.bounds[place]));
+        let (boxes, mut slots) = cull.boxes(bounds);
+        while slots != 0 {
+            let slot = slots.trailing_zeros() as usize;
+            slots &= slots - 1;
+            let (met, start) = cull.groups(&boxes, slot);
+            let mut met = met & groups;
+            if C::LOOSE {
+                for index in ones(met) {
+                    count(|visits| visits.box_groups += 1);
+                    let group = &self.groups[index];
+                    if !group.meets_box(|place| F::splat(node.bounds[place][slot])) {
+                        met &= !(1 << index);
+                    }
+                }
+            }
+            if met == 0 {
+                continue;
+            }
+            let (index, meta) = (node.index[slot], node.meta[slot]);
+            let mut place = waiting;
+            while !ANY && place > base && self.stack[place - 1].start < start {
+                self.stack[place] = self.stack[place - 1];
+                place -= 1;
+            }
+            self.stack[place] = Waiting { index, meta, groups: met, start };
+            waiting += 1;
+        }
+        if ANY {
+            self.stack[base..waiting].reverse();
+        }
+        waiting
+    }
+
+    /// Tests the primitives of a leaf.
+    #[inline(always)]
+    fn enter_leaf<const ANY: bool, C: Cull, const FIELDS: usize>(
+        &mut self,
+        cull: &mut C,
+        groups: u32,
+        mut leaf: Leaf<'_, FIELDS>,
+        meet: impl Fn(&mut Group<F>, &[f32; FIELDS], u32) -> bool,
+    ) {
+        count(|visits| visits.leaves += 1);
+        let (boxes, places) = cull.boxes(leaf.bounds());
+        if C::FAN && FIELDS != SPHERE_FIELDS {
+            leaf.shift(cull.origin());
+        }
+        let mut places = places & ((1 << leaf.count) - 1);
+        let mut closer = 0;
+        while places != 0 {
+            let place = places.trailing_zeros();
+            places &= places - 1;
+            let met = cull.groups(&boxes, place as usize).0 & groups & self.live;
+            if met == 0 {
+                continue;
+            }
+            count(|visits| visits.primitives += 1);
+            let fields = leaf.fields(place as usize);
+            let id = leaf.ids[place as usize];
+            for index in ones(met) {
+                count(|visits| visits.primitive_groups += 1);
+                let group = &mut self.groups[index];
+                if meet(group, &fields, id) {
+                    count(|visits| visits.met_groups += 1);
+                    closer |= 1 << index;
+                    if ANY && group.is_dead() {
+                        self.live &= !(1 << index);
+                    }
+                }
+            }
+        }
+        // As long as a ray has met nothing, its group reaches as far as before.
+        let mut drawn_in = false;
+        for index in ones(closer & self.live).filter(|&index| self.groups[index].missing == 0) {
+            cull.draw_in(index, &self.groups[index].ray);
+            drawn_in = true;
+        }
+        if drawn_in {
+            cull.settle();
+        }
+    }
+}
+
+/// How many fields a sphere has; all other primitives are points alone.
+const SPHERE_FIELDS: usize = 4;
+
+/// A leaf of one kind of primitives, taken out of its array: one lane a primitive.
+pub(super) struct Leaf<'a, const FIELDS: usize> {
+    pub(super) lanes: [F32x8; FIELDS],
+    ids: &'a [u32],
+    pub(super) count: u32,
+}
+
+impl<'a, const FIELDS: usize> Leaf<'a, FIELDS> {
+    #[inline(always)]
+    pub(super) fn new(array: &'a LeafArray<FIELDS>, first: u32, count: u32) -> Self {
+        let lanes = std::array::from_fn(|field| F32x8::load(array.lanes(first, count, field)));
+        Self { lanes, ids: &array.ids[first as usize..][..count as usize], count }
+    }
+
+    /// The boxes of the primitives.
+    #[inline(always)]
+    pub(super) fn bounds(&self) -> [F32x8; 6] {
+        if FIELDS == SPHERE_FIELDS {
+            let radius = self.lanes[3];
+            return std::array::from_fn(|place| {
+                let center = self.lanes[place % 3];
+                if place < 3 { center - radius } else { center + radius }
+            });
+        }
+        let mut bounds: [F32x8; 6] = std::array::from_fn(|place| self.lanes[place % 3]);
+        for field in 3..FIELDS {
+            let lanes = self.lanes[field];
+            bounds[field % 3] = Lanes::min(bounds[field % 3], lanes);
+            bounds[3 + field % 3] = Lanes::max(bounds[3 + field % 3], lanes);
+        }
+        bounds
+    }
+
+    /// Makes all points relative to `origin`, as each ray that starts there would.
+    #[inline(always)]
+    fn shift(&mut self, origin: [F32x8; 3]) {
+        for (field, lanes) in self.lanes.iter_mut().enumerate() {
+            *lanes -= origin[field % 3];
+        }
+    }
+
+    /// The fields of one primitive.
+    #[inline(always)]
+    fn fields(&self, place: usize) -> [f32; FIELDS] {
+        std::array::from_fn(|field| self.lanes[field].lane(place & 7))
+    }
+}
