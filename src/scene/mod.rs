@@ -1,0 +1,23 @@
+//! Scenes: geometry, materials and lights together, and the queries over them.
+
+mod builder;
+mod camera;
+mod file;
+mod light;
+mod material;
+mod obj;
+mod queries;
+mod settings;
+mod source;
+mod surface;
+mod visibility;
+
+pub use builder::{Dropped, Scene, SceneBuilder};
+pub use camera::{Camera, CameraError, View};
+pub use file::{LoadError, Loaded, Place, Problem, load, load_obj, load_toml};
+pub use light::{Light, LightShape};
+pub use material::Material;
+pub use settings::{
+    MAX_BOUNCES, MAX_PIXELS, MAX_SAMPLES, MAX_SIDE, Settings, SettingsError, Shading,
+};
+pub use surface::Surface;

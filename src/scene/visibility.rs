@@ -1,0 +1,160 @@
+//! The visibility query: how much of a light points see.
+//!
+//! Of each sample the answer is that of [`Scene::occluded`] for the sample's ray, bit for bit: see
+//! [`crate::points`] for how it is made. A sample behind the surface of its point is unseen. The
+//! results are the same for every number of threads.
+
+use rayon::prelude::*;
+
+use crate::error::ShapeError;
+use crate::points::{LightSamples, Points};
+use crate::scene::{LightShape, Scene};
+use crate::traverse::shadow::{self, AreaLight, BLOCK_POINTS, Query, Seen};
+
+/// How many points a thread takes at a time.
+const CHUNK: usize = 4 * BLOCK_POINTS;
+
+impl Scene {
+    /// Writes the fraction of its samples that each point sees, from 0 to 1, on this thread. It is 0
+    /// if there are no samples.
+    ///
+    /// Points may come in any order and number; neighbours are traced together. Of a point light all
+    /// samples are the same: give it one.
+    ///
+    /// # Errors
+    /// [`ShapeError`] if there are not as many fractions as points, or too few samples.
+    pub fn visibility(
+        &self,
+        points: &Points<'_>,
+        light: &LightShape,
+        samples: &(impl LightSamples + ?Sized),
+        fraction: &mut [f32],
+    ) -> Result<(), ShapeError> {
+        samples.check(points.len())?;
+        ShapeError::check("fraction", fraction.len(), "points", points.len())?;
+        self.fractions(&query(points, light, samples), 0, fraction);
+        Ok(())
+    }
+
+    /// As [`Scene::visibility`], on the rayon pool that it is called in.
+    ///
+    /// # Errors
+    /// [`ShapeError`] if there are not as many fractions as points, or too few samples.
+    pub fn par_visibility(
+        &self,
+        points: &Points<'_>,
+        light: &LightShape,
+        samples: &(impl LightSamples + ?Sized),
+        fraction: &mut [f32],
+    ) -> Result<(), ShapeError> {
+        samples.check(points.len())?;
+        ShapeError::check("fraction", fraction.len(), "points", points.len())?;
+        let query = query(points, light, samples);
+        let chunks = fraction.par_chunks_mut(CHUNK).enumerate();
+        chunks.for_each(|(chunk, fraction)| self.fractions(&query, chunk * CHUNK, fraction));
+        Ok(())
+    }
+
+    /// Says of each sample whether its point sees it, on this thread: all samples of the first point,
+    /// then those of the second, and so on.
+    ///
+    /// # Errors
+    /// [`ShapeError`] if there are not as many results as points times samples, or too few samples.
+    pub fn visible_samples(
+        &self,
+        points: &Points<'_>,
+        light: &LightShape,
+        samples: &(impl LightSamples + ?Sized),
+        seen: &mut [bool],
+    ) -> Result<(), ShapeError> {
+        samples.check(points.len())?;
+        let count = points.len() * samples.per_point();
+        ShapeError::check("seen", seen.len(), "points times samples", count)?;
+        self.bits(&query(points, light, samples), 0, seen);
+        Ok(())
+    }
+
+    /// As [`Scene::visible_samples`], on the rayon pool that it is called in.
+    ///
+    /// # Errors
+    /// [`ShapeError`] if there are not as many results as points times samples, or too few samples.
+    pub fn par_visible_samples(
+        &self,
+        points: &Points<'_>,
+        light: &LightShape,
+        samples: &(impl LightSamples + ?Sized),
+        seen: &mut [bool],
+    ) -> Result<(), ShapeError> {
+        samples.check(points.len())?;
+        let per_point = samples.per_point();
+        let count = points.len() * per_point;
+        ShapeError::check("seen", seen.len(), "points times samples", count)?;
+        let query = query(points, light, samples);
+        let chunks = seen.par_chunks_mut((CHUNK * per_point).max(1)).enumerate();
+        chunks.for_each(|(chunk, seen)| self.bits(&query, chunk * CHUNK, seen));
+        Ok(())
+    }
+
+    /// The fractions of the points from `first`.
+    fn fractions<S: LightSamples + ?Sized>(
+        &self,
+        query: &Query<'_, S>,
+        first: usize,
+        fraction: &mut [f32],
+    ) {
+        let count = query.samples.per_point();
+        if count == 0 {
+            return fraction.fill(0.0);
+        }
+        let range = first..first + fraction.len();
+        shadow::visibility(&self.bvh, query, range, |point, seen| {
+            fraction[point - first] = match seen {
+                Seen::All => 1.0,
+                Seen::None => 0.0,
+                Seen::Masks(masks) => {
+                    let seen: u32 = masks.iter().map(|mask| mask.count_ones()).sum();
+                    seen as f32 / count as f32
+                }
+            };
+        });
+    }
+
+    /// The samples of the points from `first`.
+    fn bits<S: LightSamples + ?Sized>(
+        &self,
+        query: &Query<'_, S>,
+        first: usize,
+        seen: &mut [bool],
+    ) {
+        let count = query.samples.per_point();
+        if count == 0 {
+            return;
+        }
+        let range = first..first + seen.len() / count;
+        shadow::visibility(&self.bvh, query, range, |point, which| {
+            let start = (point - first) * count;
+            let own = &mut seen[start..start + count];
+            match which {
+                Seen::All => own.fill(true),
+                Seen::None => own.fill(false),
+                Seen::Masks(masks) => {
+                    for (own, mask) in own.chunks_mut(16).zip(masks) {
+                        for (sample, seen) in own.iter_mut().enumerate() {
+                            *seen = mask >> sample & 1 != 0;
+                        }
+                    }
+                }
+            }
+        });
+    }
+}
+
+fn query<'a, S: ?Sized>(points: &Points<'a>, light: &LightShape, samples: &'a S) -> Query<'a, S> {
+    let light = match *light {
+        LightShape::Point(position) => {
+            AreaLight { corner: position, edge_u: glam::Vec3::ZERO, edge_v: glam::Vec3::ZERO }
+        }
+        LightShape::Quad { corner, edge_u, edge_v } => AreaLight { corner, edge_u, edge_v },
+    };
+    Query { points: *points, light, samples }
+}
