@@ -1,0 +1,32 @@
+//! Pictures of scenes: a client of the queries, in tiles.
+//!
+//! A worker renders one tile of 32 x 32 pixels at a time in an arena of its own that it resets for
+//! each. Inside, a tile is a small wavefront (`tile`, `wave`): up to 1,024 camera rays as one SoA
+//! batch, the surfaces that they hit, shadow rays towards each light in batches (`shadows`), and
+//! the mirror rays packed together for the next round, until none is left.
+//!
+//! A picture is a function of (scene, camera, settings) alone: neither threads, nor the order of
+//! tiles, nor a crop can change a bit of it. [`reference`](mod@reference) makes the same picture by
+//! plain recursion and says what is right; `output` and `encode` put pictures
+//! into files.
+
+mod arena;
+mod encode;
+mod error;
+mod frame;
+mod image;
+mod output;
+pub mod reference;
+mod renderer;
+mod shadows;
+mod stats;
+mod tile;
+mod wave;
+
+pub use crate::points::SHADOW_T_MAX;
+pub use error::RenderError;
+pub use frame::{Aov, Crop};
+pub use image::Image;
+pub use output::{OutputError, PictureFile, PictureFormat};
+pub use renderer::{Progress, Rendered, Renderer};
+pub use stats::{PhaseSeconds, RenderStats};
