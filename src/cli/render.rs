@@ -1,0 +1,139 @@
+//! `octray render`: a scene file becomes a picture file.
+
+use std::io::{self, IsTerminal};
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::time::Instant;
+
+use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
+use octray::render::{PictureFile, Progress, RenderError, RenderStats, Renderer};
+use octray::scene::Loaded;
+
+use super::args::RenderArgs;
+use super::{Stop, answer, say};
+
+pub(super) fn run(args: &RenderArgs) -> Result<(), Stop> {
+    let output = args.output.clone().unwrap_or_else(|| default_output(&args.scene));
+    let file = PictureFile::new(&output).map_err(Stop::failed)?;
+    let interrupted = Arc::new(AtomicBool::new(false));
+    let flag = Arc::clone(&interrupted);
+    ctrlc::set_handler(move || flag.store(true, Ordering::Relaxed)).map_err(Stop::failed)?;
+    if args.threads > 0 {
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(args.threads).build_global();
+        pool.map_err(|why| Stop::Failed(format!("{} threads: {why}", args.threads)))?;
+    }
+
+    let start = Instant::now();
+    let loaded = octray::scene::load(&args.scene).map_err(Stop::failed)?;
+    if !args.quiet {
+        loaded.warnings.iter().for_each(|warning| say(&format!("warning: {warning}")));
+    }
+    let load_seconds = start.elapsed().as_secs_f64();
+    let Loaded { scene, camera, mut settings, .. } = loaded;
+    if let Some((width, height)) = args.size {
+        (settings.width, settings.height) = (width, height);
+    }
+    settings.spp = args.spp.unwrap_or(settings.spp);
+    settings.shadow_samples = args.shadow_samples.unwrap_or(settings.shadow_samples);
+    settings.max_bounces = args.max_bounces.unwrap_or(settings.max_bounces);
+    settings.seed = args.seed.unwrap_or(settings.seed);
+
+    let shown = args.crop.map_or((settings.width, settings.height), |c| (c.width(), c.height()));
+    file.check_size(shown.0, shown.1).map_err(Stop::failed)?;
+    let bar = progress_bar(args.quiet);
+    let on_progress = |progress: &Progress| show(&bar, progress);
+    let mut renderer = Renderer::new(&scene, &camera, settings)
+        .aov(args.aov.into())
+        .on_progress(&on_progress)
+        .cancel(&interrupted);
+    if let Some(crop) = args.crop {
+        renderer = renderer.crop(crop);
+    }
+    let rendered = renderer.render();
+    bar.finish_and_clear();
+    let rendered = match rendered {
+        Err(RenderError::Cancelled) => return Err(Stop::Interrupted),
+        rendered => rendered.map_err(Stop::failed)?,
+    };
+    if interrupted.load(Ordering::Relaxed) {
+        return Err(Stop::Interrupted);
+    }
+
+    let save_start = Instant::now();
+    file.write(&rendered.image).map_err(Stop::failed)?;
+    let save_seconds = save_start.elapsed().as_secs_f64();
+    let stats = rendered.stats;
+    if !args.quiet {
+        say(&summary(&output, shown, &stats));
+    }
+    if args.json {
+        let json = serde_json::json!({
+            "scene": args.scene,
+            "output": output,
+            "width": shown.0,
+            "height": shown.1,
+            "threads": stats.threads,
+            "rays": {
+                "primary": stats.primary_rays,
+                "mirror": stats.mirror_rays,
+                "shadow": stats.shadow_rays,
+                "total": stats.rays(),
+            },
+            "seconds": {
+                "load": load_seconds,
+                "render": stats.wall_seconds,
+                "save": save_seconds,
+                "phases": stats.phases,
+            },
+            "mray_per_second": stats.mray_per_second(),
+        });
+        answer(&format!("{json:#}\n"))?;
+    }
+    Ok(())
+}
+
+/// The scene's name with `.png`, in the current directory.
+fn default_output(scene: &Path) -> PathBuf {
+    let stem = scene.file_stem().unwrap_or(scene.as_os_str());
+    let mut name = stem.to_owned();
+    name.push(".png");
+    PathBuf::from(name)
+}
+
+/// A bar on a terminal; hidden in a pipe.
+fn progress_bar(quiet: bool) -> ProgressBar {
+    if quiet || !io::stderr().is_terminal() {
+        return ProgressBar::hidden();
+    }
+    let style = ProgressStyle::with_template("{bar:40} {percent:>3}%  {msg}  {eta} left");
+    let bar = ProgressBar::with_draw_target(None, ProgressDrawTarget::stderr());
+    match style {
+        Ok(style) => bar.with_style(style),
+        Err(_) => bar,
+    }
+}
+
+fn show(bar: &ProgressBar, progress: &Progress) {
+    if bar.is_hidden() {
+        return;
+    }
+    bar.set_length(u64::from(progress.tiles));
+    bar.set_position(u64::from(progress.tiles_done));
+    bar.set_message(format!("{:.1} Mray/s", progress.rays as f64 / progress.seconds * 1e-6));
+}
+
+fn summary(output: &Path, (width, height): (u32, u32), stats: &RenderStats) -> String {
+    let threads = if stats.threads == 1 { "thread" } else { "threads" };
+    format!(
+        "{}: {width}x{height} in {:.2} s, {:.1} Mray/s on {} {threads} \
+         ({} primary, {} mirror, {} shadow rays)",
+        output.display(),
+        stats.wall_seconds,
+        stats.mray_per_second(),
+        stats.threads,
+        stats.primary_rays,
+        stats.mirror_rays,
+        stats.shadow_rays,
+    )
+}

@@ -1,0 +1,9 @@
+//! The `octray` command: see `cli`.
+
+mod cli;
+
+use std::process::ExitCode;
+
+fn main() -> ExitCode {
+    cli::run()
+}
