@@ -1,0 +1,330 @@
+//! What points see of a light is what `occluded` says of the same rays, bit for bit.
+
+use glam::Vec3;
+use octray::*;
+
+/// A small generator of numbers, the same on every machine (Vigna 2015, splitmix64).
+struct Random(u64);
+
+impl Random {
+    fn next(&mut self) -> u64 {
+        self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
+        let mut z = self.0;
+        z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
+        z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
+        z ^ (z >> 31)
+    }
+    fn below(&mut self, n: u64) -> u64 {
+        self.next() % n
+    }
+    fn unit(&mut self) -> f32 {
+        (self.next() >> 40) as f32 / (1 << 24) as f32
+    }
+    fn signed(&mut self) -> f32 {
+        2.0 * self.unit() - 1.0
+    }
+    fn vec(&mut self) -> Vec3 {
+        Vec3::new(self.signed(), self.signed(), self.signed())
+    }
+    fn grid(&mut self, half: i64) -> Vec3 {
+        let mut one = || (self.below(2 * half as u64 + 1) as i64 - half) as f32;
+        Vec3::new(one(), one(), one())
+    }
+}
+
+/// Points, samples and a light.
+#[derive(Default)]
+struct Case {
+    position: [Vec<f32>; 3],
+    normal: [Vec<f32>; 3],
+    u: Vec<f32>,
+    v: Vec<f32>,
+    per_point: usize,
+}
+
+impl Case {
+    fn push(&mut self, random: &mut Random, position: Vec3, normal: Vec3) {
+        for axis in 0..3 {
+            self.position[axis].push(position[axis]);
+            self.normal[axis].push(normal[axis]);
+        }
+        for _ in 0..self.per_point {
+            // Corners and edges of the light are where it matters.
+            let mut at = || match random.below(8) {
+                0 => 0.0,
+                1 => 1.0,
+                _ => random.unit(),
+            };
+            self.u.push(at());
+            self.v.push(at());
+        }
+    }
+
+    /// Compares every way to ask, and returns how many samples are seen and how many are not.
+    fn check(&self, scene: &Scene, light: &LightShape) -> [usize; 2] {
+        let [x, y, z] = &self.position;
+        let [nx, ny, nz] = &self.normal;
+        let all = Points::new(x, y, z).unwrap();
+        let samples = SampleArrays::new(&self.u, &self.v, self.per_point).unwrap();
+        let mut counts = [0; 2];
+        for points in [all, all.with_normals(nx, ny, nz).unwrap()] {
+            let rays: RayBatch = (0..self.u.len())
+                .map(|ray| {
+                    let origin = points.position(ray / self.per_point);
+                    let dir = light.at(self.u[ray], self.v[ray]) - origin;
+                    Ray { origin, dir, t_min: 0.0, t_max: SHADOW_T_MAX }
+                })
+                .collect();
+            let mut occluded = vec![false; rays.len()];
+            scene.occluded_batch(rays.as_rays(), &mut occluded).unwrap();
+            let mut seen = vec![false; rays.len()];
+            scene.visible_samples(&points, light, &samples, &mut seen).unwrap();
+            for ray in 0..rays.len() {
+                let point = ray / self.per_point;
+                let expected = points.faces(point, rays.as_rays().get(ray).dir) && !occluded[ray];
+                assert_eq!(
+                    seen[ray],
+                    expected,
+                    "sample {ray} of point {point}: {:?} towards {light:?}",
+                    rays.as_rays().get(ray)
+                );
+                counts[usize::from(expected)] += 1;
+                if ray % 97 == 0 {
+                    assert_eq!(scene.occluded(&rays.as_rays().get(ray)), occluded[ray]);
+                }
+            }
+            let mut fraction = vec![f32::NAN; x.len()];
+            scene.visibility(&points, light, &samples, &mut fraction).unwrap();
+            for (seen, fraction) in seen.chunks(self.per_point).zip(&fraction) {
+                let count = seen.iter().filter(|&&seen| seen).count();
+                assert_eq!(*fraction, count as f32 / self.per_point as f32);
+            }
+            let mut again = vec![false; rays.len()];
+            scene.par_visible_samples(&points, light, &samples, &mut again).unwrap();
+            assert!(again == seen, "threads differ");
+            let mut again = vec![f32::NAN; x.len()];
+            scene.par_visibility(&points, light, &samples, &mut again).unwrap();
+            assert!(again == fraction, "threads differ");
+        }
+        counts
+    }
+}
+
+#[derive(Clone, Copy, PartialEq)]
+enum Style {
+    /// Small whole numbers: corners, edges and planes meet exactly.
+    Grid,
+    /// Anything at any scale.
+    Chaos,
+    /// Long thin triangles.
+    Slivers,
+    /// Few and large: whole lights are covered.
+    Large,
+}
+
+fn scene(random: &mut Random, style: Style, scale: f32) -> Scene {
+    let mut builder = SceneBuilder::new();
+    let (mut spheres, mut quads, mut mesh) =
+        (Spheres::default(), Quads::default(), Mesh::default());
+    let count = match style {
+        Style::Large => 1 + random.below(6),
+        _ => 1 + random.below(150),
+    };
+    for _ in 0..count {
+        let (at, size) = match style {
+            Style::Grid => (random.grid(4), 1.0),
+            Style::Chaos => (random.vec() * scale * 2.0, 0.3 * scale * random.unit()),
+            Style::Slivers => (random.vec() * scale * 2.0, scale),
+            Style::Large => (random.vec() * scale, 2.0 * scale),
+        };
+        let edge = |random: &mut Random| match style {
+            Style::Grid => random.grid(2),
+            _ => random.vec() * size,
+        };
+        match random.below(4) {
+            0 if style == Style::Grid => spheres.push(at, 0.5 * (1 + random.below(3)) as f32),
+            0 => spheres.push(at, (size * 0.5 * random.unit()).max(1.0e-6 * scale)),
+            1 => {
+                let (u, v) = (edge(random), edge(random));
+                if u.as_dvec3().cross(v.as_dvec3()).length() > 0.0 {
+                    quads.push(at, u, v);
+                }
+            }
+            _ => {
+                let first = mesh.positions.len() as u32;
+                let (u, mut v) = (edge(random), edge(random));
+                if style == Style::Slivers {
+                    v = u * random.signed() + v * 1.0e-3 * random.unit();
+                }
+                mesh.positions.extend([at, at + u, at + v]);
+                mesh.indices.push([first, first + 1, first + 2]);
+            }
+        }
+    }
+    builder.add_spheres(spheres, 0);
+    builder.add_mesh(mesh, 0);
+    builder.add_quads(quads, 0);
+    builder.build().unwrap()
+}
+
+/// Lights of all kinds around a scene of this size.
+fn light(random: &mut Random, style: Style, scale: f32) -> LightShape {
+    let grid = style == Style::Grid;
+    let at = |random: &mut Random, far: f32| {
+        if grid { random.grid((4.0 * far) as i64 + 1) } else { random.vec() * scale * far }
+    };
+    let middle = at(random, 3.0);
+    let width = [0.02, 0.2, 1.0, 8.0][random.below(4) as usize];
+    let edge = |random: &mut Random| {
+        if grid { random.grid(2) } else { random.vec() * scale * width }
+    };
+    let (edge_u, edge_v) = (edge(random), edge(random));
+    match random.below(16) {
+        0 => LightShape::Point(middle),
+        // Edges that lie on a line, or have no length: rows of lights.
+        1 => LightShape::Quad { corner: middle, edge_u, edge_v: edge_u * 2.0 },
+        2 => LightShape::Quad { corner: middle, edge_u, edge_v: Vec3::ZERO },
+        _ => LightShape::Quad { corner: middle - (edge_u + edge_v) * 0.5, edge_u, edge_v },
+    }
+}
+
+fn run(seed: u64, style: Style, rounds: usize) {
+    let mut random = Random(seed);
+    let mut counts = [0; 2];
+    for round in 0..rounds {
+        let scale = if style == Style::Grid { 1.0 } else { 10_f32.powf(random.signed() * 4.0) };
+        let scene = scene(&mut random, style, scale);
+        let light = light(&mut random, style, scale);
+        let per_point = [16, 4, 7, 16, 33, 1, 16, 64][round % 8];
+        let mut case = Case { per_point, ..Case::default() };
+        let points = (6000 / per_point).min(500);
+        let (middle, spread) = (random.vec() * scale * 3.0, [0.01, 0.2, 2.0][round % 3] * scale);
+        for point in 0..points {
+            let on_light = light.at(random.unit() * 3.0 - 1.0, random.unit() * 3.0 - 1.0);
+            let position = match random.below(64) {
+                // In the light's plane, on the light, and far away.
+                0 => on_light,
+                1 => random.vec() * scale * 1.0e4,
+                _ if style == Style::Grid => random.grid(9),
+                // Near the light: it fills the view.
+                _ if round % 5 == 0 => on_light + random.vec() * spread,
+                _ => middle + random.vec() * spread,
+            };
+            let position = match point {
+                7 if round % 9 == 0 => Vec3::NAN,
+                8 if round % 9 == 0 => Vec3::splat(f32::INFINITY),
+                9 if round % 9 == 0 => Vec3::splat(1.0e38),
+                _ => position,
+            };
+            let normal = random.vec() * 10_f32.powf(random.signed());
+            case.push(&mut random, position, normal);
+        }
+        let of_round = case.check(&scene, &light);
+        counts = [counts[0] + of_round[0], counts[1] + of_round[1]];
+    }
+    // The test would be worth little if hardly any sample was hidden, or seen.
+    assert!(counts.iter().all(|&count| count > rounds * 400), "{counts:?}");
+}
+
+#[test]
+fn grid_scenes() {
+    run(1, Style::Grid, 400);
+}
+
+#[test]
+fn chaos_scenes() {
+    run(2, Style::Chaos, 400);
+}
+
+#[test]
+fn slivers() {
+    run(3, Style::Slivers, 400);
+}
+
+#[test]
+fn large_occluders() {
+    run(4, Style::Large, 800);
+}
+
+/// Points on the facets of a ball and on a floor below it, as pictures have them.
+#[test]
+fn pictures() {
+    let mut random = Random(5);
+    for round in 0..24 {
+        let mut ball = octray::geometry::shapes::icosphere(4);
+        let lift = [0.3, 1.0, 1.5][round % 3];
+        ball.positions.iter_mut().for_each(|p| *p += Vec3::Y * lift);
+        let mut builder = SceneBuilder::new();
+        builder.add_mesh(ball.clone(), 0);
+        let (x, z) = (Vec3::X * 20.0, Vec3::Z * 20.0);
+        builder.add_quads(Quads::one(-(x + z) * 0.5, z, x), 0);
+        let scene = builder.build().unwrap();
+        let size = [0.1, 1.0, 10.0][round / 3 % 3];
+        let middle = Vec3::new(random.signed() * 2.0, [0.1, 4.0][round % 2], random.signed());
+        let corner = middle - Vec3::new(size, 0.0, size) * 0.5;
+        let light = LightShape::Quad { corner, edge_u: Vec3::X * size, edge_v: Vec3::Z * size };
+        let mut case = Case { per_point: 16, ..Case::default() };
+        for row in 0..64 {
+            for column in 0..64 {
+                let at = Vec3::new(column as f32 / 16.0 - 2.0, 6.0, row as f32 / 16.0 - 2.0);
+                let ray = Ray::new(at, Vec3::new(0.1, -1.0, 0.05));
+                if let Some(hit) = scene.intersect(&ray) {
+                    let surface = scene.surface(&ray, &hit);
+                    let normal = surface.geometric_normal;
+                    case.push(&mut random, surface.offset_origin(normal), normal);
+                }
+            }
+        }
+        case.check(&scene, &light);
+    }
+}
+
+/// A tilted light with a wall as tilted close behind it, and then close before it.
+#[test]
+fn walls_at_the_light() {
+    let mut random = Random(6);
+    for round in 0..200 {
+        let (edge_u, edge_v) = (Vec3::new(1.0, 0.6 * random.signed(), 0.0), Vec3::Z);
+        let middle = Vec3::new(random.signed(), 4.0, random.signed());
+        let corner = middle - (edge_u + edge_v) * 0.5;
+        let light = LightShape::Quad { corner, edge_u, edge_v };
+        let away = Vec3::Y * [0.05, 0.002, -0.05, -0.6][round % 4];
+        // One triangle: of a quad, the light would lie across the diagonal.
+        let first = corner - (edge_u + edge_v) * 2.0 + away;
+        let positions = vec![first, first + edge_u * 8.0, first + edge_v * 8.0];
+        let mut builder = SceneBuilder::new();
+        builder.add_mesh(Mesh { positions, indices: vec![[0, 1, 2]], normals: Vec::new() }, 0);
+        let scene = builder.build().unwrap();
+        let mut case = Case { per_point: 16, ..Case::default() };
+        for _ in 0..300 {
+            let position = Vec3::new(random.signed(), 0.2 * random.signed(), random.signed());
+            case.push(&mut random, position, Vec3::Y);
+        }
+        let counts = case.check(&scene, &light);
+        assert_eq!(counts[usize::from(away.y < 0.0)], 0, "round {round}");
+    }
+}
+
+#[test]
+fn shapes_are_checked() {
+    let scene = SceneBuilder::new().build().unwrap();
+    let (one, two) = ([0.5; 1], [0.5; 2]);
+    assert!(Points::new(&one, &two, &two).is_err());
+    let points = Points::new(&two, &two, &two).unwrap();
+    assert!(points.with_normals(&one, &two, &two).is_err());
+    assert!(SampleArrays::new(&one, &two, 1).is_err());
+    let light = LightShape::Quad { corner: Vec3::Y, edge_u: Vec3::X, edge_v: Vec3::Z };
+    let samples = SampleArrays::new(&two, &two, 1).unwrap();
+    let mut fraction = [f32::NAN; 2];
+    assert!(scene.visibility(&points, &light, &samples, &mut fraction[..1]).is_err());
+    assert!(scene.visible_samples(&points, &light, &samples, &mut [false; 3]).is_err());
+    scene.visibility(&points, &light, &samples, &mut fraction).unwrap();
+    assert_eq!(fraction, [1.0; 2]);
+    // Without samples nothing is seen; too few samples are refused.
+    let none = SampleArrays::new(&[], &[], 0).unwrap();
+    scene.visibility(&points, &light, &none, &mut fraction).unwrap();
+    assert_eq!(fraction, [0.0; 2]);
+    scene.visible_samples(&points, &light, &none, &mut []).unwrap();
+    let few = SampleArrays::new(&one, &one, 1).unwrap();
+    assert!(few.check(points.len()).is_err());
+}
