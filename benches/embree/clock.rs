@@ -1,0 +1,64 @@
+//! Time on the wall, or on the CPU.
+
+#![allow(unsafe_code)]
+
+use std::time::{Duration, Instant};
+
+/// What a stretch of work is timed by.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Clock {
+    /// What a user waits.
+    Wall,
+    /// What the calling thread computes: fair on a machine that others use too, and only of use
+    /// for one thread.
+    Cpu,
+}
+
+/// A running clock.
+pub(crate) enum Running {
+    Wall(Instant),
+    Cpu(Duration),
+}
+
+impl Clock {
+    pub(crate) fn start(self) -> Running {
+        match (self, cpu_time()) {
+            (Self::Cpu, Some(time)) => Running::Cpu(time),
+            _ => Running::Wall(Instant::now()),
+        }
+    }
+}
+
+impl Running {
+    pub(crate) fn seconds(&self) -> f64 {
+        match self {
+            Self::Wall(start) => start.elapsed(),
+            Self::Cpu(start) => cpu_time().unwrap_or(*start) - *start,
+        }
+        .as_secs_f64()
+    }
+}
+
+/// The time for which this thread has run, where the system says.
+#[cfg(all(target_os = "linux", target_pointer_width = "64"))]
+fn cpu_time() -> Option<Duration> {
+    #[repr(C)]
+    struct TimeSpec {
+        seconds: i64,
+        nanoseconds: i64,
+    }
+    unsafe extern "C" {
+        fn clock_gettime(clock: std::ffi::c_int, time: *mut TimeSpec) -> std::ffi::c_int;
+    }
+    /// `CLOCK_THREAD_CPUTIME_ID`.
+    const THREAD_CPU_TIME: std::ffi::c_int = 3;
+    let mut time = TimeSpec { seconds: 0, nanoseconds: 0 };
+    // SAFETY: the struct has the layout of 64-bit Linux and lives through the call.
+    let failed = unsafe { clock_gettime(THREAD_CPU_TIME, &mut time) } != 0;
+    (!failed).then(|| Duration::new(time.seconds as u64, time.nanoseconds as u32))
+}
+
+#[cfg(not(all(target_os = "linux", target_pointer_width = "64")))]
+fn cpu_time() -> Option<Duration> {
+    None
+}
