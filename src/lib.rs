@@ -58,7 +58,7 @@
 //! A module uses only those above it in this list; `ARCHITECTURE.md` says more, and a test holds
 //! the imports to it.
 //!
-//! [`error`], [`instruction_sets`], [`simd`], [`ray`], [`hit`], [`points`], [`geometry`], [`kernels`], [`bvh`],
+//! [`error`], [`instruction_sets`], [`simd`], [`prefetch`], [`ray`], [`hit`], [`points`], [`geometry`], [`kernels`], [`bvh`],
 //! [`traverse`], [`scene`], [`shading`], [`render`], [`workload`].
 //!
 //! # Builds
@@ -79,6 +79,7 @@ pub mod hit;
 pub mod instruction_sets;
 pub mod kernels;
 pub mod points;
+pub mod prefetch;
 pub mod ray;
 pub mod render;
 pub mod scene;

@@ -170,6 +170,14 @@ fn one_file_names_wide() {
     assert_eq!(naming, [source.join("simd.rs")]);
 }
 
+#[test]
+fn one_file_has_unsafe_code() {
+    let source = root().join("src");
+    let with = |file: &PathBuf| code(file).split(|c| !is_word(c)).any(|word| word == "unsafe");
+    let having: Vec<_> = sources(&source).into_iter().filter(with).collect();
+    assert_eq!(having, [source.join("prefetch.rs")]);
+}
+
 /// The crate's page has the layers in the order of the table.
 #[test]
 fn the_crate_page_lists_the_same_layers() {

@@ -37,6 +37,9 @@ pub type QuadLeaves = LeafArray<12>;
 pub type SphereLeaves = LeafArray<4>;
 
 impl<const FIELDS: usize> LeafArray<FIELDS> {
+    /// How many floats a primitive has.
+    pub const FIELDS: usize = FIELDS;
+
     /// How many primitives there are.
     pub fn len(&self) -> usize {
         self.ids.len()
@@ -50,7 +53,7 @@ impl<const FIELDS: usize> LeafArray<FIELDS> {
     /// Room for `len` primitives, and for what a load of a whole register may read past the last;
     /// that even for none, since a ray whose margin is infinite enters empty slots too.
     pub(super) fn with_len(len: usize) -> Self {
-        Self { fields: vec![0.0; len * FIELDS + MAX_LEAF * 2], ids: vec![0; len] }
+        Self { fields: vec![0.0; len * FIELDS + Self::WINDOW], ids: vec![0; len] }
     }
 
     /// Cuts the array into parts of so many primitives, to be filled apart.
@@ -81,11 +84,31 @@ impl<const FIELDS: usize> LeafArray<FIELDS> {
         std::array::from_fn(|field| fields[field * count as usize])
     }
 
-    /// Field `field` of a whole leaf; at least [`MAX_LEAF`] values, those after `count` foreign.
+    /// A leaf of `count` primitives, at most [`MAX_LEAF`].
     #[inline(always)]
-    pub fn lanes(&self, first: u32, count: u32, field: usize) -> &[f32] {
-        let start = first as usize * FIELDS + field * count as usize;
-        &self.fields[start..start + MAX_LEAF]
+    pub fn leaf(&self, first: u32, count: u32) -> Leaf<'_> {
+        let start = first as usize * FIELDS;
+        // What a compiler must know to see that no load is out of range: 1 to 8 primitives.
+        let count = (count.wrapping_sub(1) as usize & (MAX_LEAF - 1)) + 1;
+        Leaf { fields: &self.fields[start..start + Self::WINDOW], count }
+    }
+
+    /// Where loads of any field of a leaf end at the latest, seen from its start.
+    const WINDOW: usize = (FIELDS + 1) * MAX_LEAF;
+}
+
+/// One leaf, field by field.
+#[derive(Clone, Copy)]
+pub struct Leaf<'a> {
+    fields: &'a [f32],
+    count: usize,
+}
+
+impl Leaf<'_> {
+    /// A field of all primitives; at least [`MAX_LEAF`] values, those after the leaf's foreign.
+    #[inline(always)]
+    pub fn lanes(&self, field: usize) -> &[f32] {
+        &self.fields[field * self.count..][..MAX_LEAF]
     }
 }
 

@@ -20,7 +20,8 @@ mod validate;
 
 pub use build::MAX_DEPTH;
 pub use leaves::{
-    DROPPED, LeafArray, Leaves, MAX_PRIMITIVES, Primitive, QuadLeaves, SphereLeaves, TriangleLeaves,
+    DROPPED, Leaf, LeafArray, Leaves, MAX_PRIMITIVES, Primitive, QuadLeaves, SphereLeaves,
+    TriangleLeaves,
 };
 pub use node::{Child, LEAF, MAX_LEAF, Node, PrimKind, WIDTH};
 pub use primitive::BuildPrimitive;
@@ -30,6 +31,7 @@ pub use validate::BvhError;
 use glam::Vec3;
 
 use crate::geometry::Aabb;
+use crate::prefetch::Shelves;
 
 /// Where a build gets the primitives from, by their ids. Each method is called with ids of its kind.
 pub trait PrimitiveSource: Sync {
@@ -75,5 +77,17 @@ impl Bvh {
         let bvh = Self { nodes, leaves, bounds, extent, depth };
         debug_assert_eq!(bvh.validate(), Ok(()));
         bvh
+    }
+
+    /// The nodes and the leaves, in the order of [`Child::shelf`], to be asked for ahead.
+    pub fn shelves(&self) -> Shelves<4> {
+        let leaf =
+            |fields: &[f32], count: usize| (fields.as_ptr().addr(), count * size_of::<f32>());
+        Shelves::new([
+            (self.nodes.as_ptr().addr(), size_of::<Node>()),
+            leaf(&self.leaves.triangles.fields, TriangleLeaves::FIELDS),
+            leaf(&self.leaves.quads.fields, QuadLeaves::FIELDS),
+            leaf(&self.leaves.spheres.fields, SphereLeaves::FIELDS),
+        ])
     }
 }

@@ -69,6 +69,12 @@ impl Child {
         }
     }
 
+    /// Where what a description belongs to lies: 0 for nodes, 1 and more for the kinds of leaves.
+    #[inline(always)]
+    pub fn shelf(meta: u32) -> usize {
+        ((meta >> 31) + ((meta >> 8) & 3)) as usize
+    }
+
     /// The inverse of [`Child::pack`].
     #[inline(always)]
     pub fn unpack(index: u32, meta: u32) -> Self {

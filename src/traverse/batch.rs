@@ -1,9 +1,10 @@
 //! Rays of any number: cut into tiles, each traced as one if its rays run alike, else one by one.
 
 use super::group::Group;
-use super::single::Stack;
+use super::pace::Pace;
+use super::stream::Stream;
 use super::tile::Tile;
-use super::{Closest, ones, packet};
+use super::{Closest, packet};
 use crate::bvh::Bvh;
 use crate::hit::{Hits, NO_HIT};
 use crate::kernels::ScaledRay;
@@ -55,13 +56,13 @@ fn trace<const ANY: bool>(
     mut done: impl FnMut(usize, &Group<Native>, usize),
 ) {
     let mut tile = Tile::<Native>::new(bvh);
-    let mut stack = Stack::new();
+    let mut stream = Stream::new();
+    let mut pace = Pace::new();
     for start in (0..rays.len()).step_by(TILE_RAYS) {
         let end = (start + TILE_RAYS).min(rays.len());
         tile.load(rays.range(start, end));
-        for index in ones(tile.trace::<ANY>(bvh)) {
-            tile.groups[index].trace_singly::<ANY>(bvh, &mut stack);
-        }
+        let left = tile.trace::<ANY>(bvh, &mut pace);
+        stream.trace::<ANY, _>(bvh, &mut tile.groups, left, &mut pace);
         for (group, start) in tile.groups.iter().zip((start..end).step_by(Native::LANES)) {
             done(start, group, (end - start).min(Native::LANES));
         }
@@ -83,9 +84,7 @@ fn trace_one<const ANY: bool>(bvh: &Bvh, ray: &Ray) -> Group<f32> {
         ScaledRay::new(ray.origin.to_array(), ray.dir.to_array(), ray.t_min, ray.t_max, true);
     let mut group = Group::new();
     group.load(&scaled);
-    if !bvh.nodes.is_empty() {
-        group.trace_singly::<ANY>(bvh, &mut Stack::new());
-    }
+    Stream::one().trace::<ANY, _>(bvh, std::slice::from_mut(&mut group), 1, &mut Pace::new());
     group
 }
 

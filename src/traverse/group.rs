@@ -4,9 +4,7 @@
 //! that look for any hit and have one.
 
 use super::Closest;
-use super::ones;
-use super::single::{self, Single, Stack};
-use crate::bvh::Bvh;
+use super::single::Single;
 use crate::hit::NO_HIT;
 use crate::kernels::{
     Met, ScaledRay, Sheared, SlabRay, intersect_quad, intersect_sphere, intersect_triangle,
@@ -232,32 +230,23 @@ impl<F: Lanes> Group<F> {
 
     /// The ray of a valid lane; the boxes must be prepared.
     #[inline(always)]
-    pub(super) fn single(&self, lane: usize) -> Single {
-        let of = |lanes: [F; 3]| lanes.map(|part| part.lane(lane));
-        Single {
-            origin: of(self.ray.origin),
-            dir: of(self.ray.dir),
-            t_min: self.ray.t_min.lane(lane),
-            t_max: self.ray.t_max.lane(lane),
-            inverse: of(self.slab.inverse),
-            near: of(self.slab.near),
-            far: of(self.slab.far),
-            shear: self.shear.map(|part| part.lane(lane)),
-            inverse_main: self.inverse.lane(lane),
-            main: (0..2).find(|&main| self.along[main] >> lane & 1 != 0).unwrap_or(2),
+    pub(super) fn take_single(&self, lane: usize, to: &mut Single) {
+        for axis in 0..3 {
+            to.origin[axis] = self.ray.origin[axis].lane(lane);
+            to.dir[axis] = self.ray.dir[axis].lane(lane);
+            to.inverse[axis] = self.slab.inverse[axis].lane(lane);
+            to.near[axis] = self.slab.near[axis].lane(lane);
+            to.far[axis] = self.slab.far[axis].lane(lane);
+            to.backwards[axis] = u32::from(to.inverse[axis] < 0.0);
         }
-    }
-
-    /// Traces the valid lanes one by one.
-    pub(super) fn trace_singly<const ANY: bool>(&mut self, bvh: &Bvh, stack: &mut Stack) {
-        self.prepare_boxes(bvh.extent);
-        for lane in ones(self.ray.valid.bits()) {
-            let ray = self.single(lane);
-            if !ANY {
-                self.set(lane, &single::intersect(bvh, &ray, stack));
-            } else if single::occluded(bvh, &ray, stack) {
-                self.set_id(lane, 0);
-            }
+        to.t_min = self.ray.t_min.lane(lane);
+        to.shear = [self.shear[0].lane(lane), self.shear[1].lane(lane)];
+        to.inverse_main = self.inverse.lane(lane);
+        let (x, y) = (self.along[0] >> lane & 1, self.along[1] >> lane & 1);
+        let main = 2 - 2 * x - y;
+        for (place, axis) in ORDER[main as usize & 3].into_iter().enumerate() {
+            to.order[place] = axis as u32;
+            to.sheared_origin[place] = to.origin[axis];
         }
     }
 
@@ -267,17 +256,13 @@ impl<F: Lanes> Group<F> {
         self.ids.lane(lane).to_bits()
     }
 
-    fn set_id(&mut self, lane: usize, id: u32) {
-        self.ids.set_lane(lane, f32::from_bits(id));
-        self.missing &= !(1 << lane);
-    }
-
     /// Notes what a lane met, `t` in terms of the scaled ray.
-    fn set(&mut self, lane: usize, best: &Closest) {
+    pub(super) fn set(&mut self, lane: usize, best: &Closest) {
         if best.id == NO_HIT {
             return;
         }
-        self.set_id(lane, best.id);
+        self.ids.set_lane(lane, f32::from_bits(best.id));
+        self.missing &= !(1 << lane);
         self.ray.t_max.set_lane(lane, best.t);
         self.u.set_lane(lane, best.u);
         self.v.set_lane(lane, best.v);

@@ -16,10 +16,12 @@ mod beams;
 mod cone;
 mod cull;
 mod group;
+mod pace;
 mod packet;
 pub mod reference;
 pub(crate) mod shadow;
 mod single;
+mod stream;
 mod tile;
 pub mod visits;
 

@@ -17,6 +17,7 @@
 use super::aim::Aim;
 use super::cull::Cull;
 use super::group::{Group, MAX_LANES};
+use super::pace::{self, Pace};
 use super::visits::count;
 use super::{ones, stack_size};
 use crate::bvh::{Bvh, Child, LeafArray, PrimKind};
@@ -25,12 +26,6 @@ use crate::simd::{F32x8, Lanes};
 
 /// How many groups a tile has: one a lane of the widest culling test.
 pub(super) const GROUPS: usize = 16;
-
-/// What a descent may spend on each of its groups, in box tests, before its rays go on one by one: a
-/// primitive counts as four. Groups of camera rays spend 20 to 100; sixteen single rays take as long
-/// as about 600. Without a limit, shuffled camera rays on a scan of 1M triangles take 50 times as
-/// long as one by one.
-const BUDGET: u32 = 600;
 
 /// A node or leaf that waits, and the groups that are to enter it.
 #[derive(Clone, Copy, Default)]
@@ -88,21 +83,25 @@ impl<F: Lanes> Tile<F> {
 
     /// Traces the groups whose rays run alike in one descent: their closest hits, or any hits if
     /// `ANY`. Returns the groups that are left, to be traced ray by ray.
-    pub(super) fn trace<const ANY: bool>(&mut self, bvh: &Bvh) -> u32 {
+    pub(super) fn trace<const ANY: bool>(&mut self, bvh: &Bvh, pace: &mut Pace) -> u32 {
         if bvh.nodes.is_empty() {
             return 0;
+        }
+        if pace.pauses() {
+            return self.live;
         }
         let Some((mut aim, aimed)) = Aim::new(&self.groups, self.live, bvh) else {
             return self.live;
         };
         let rest = self.live & !aimed;
         self.live = aimed;
-        self.budget = BUDGET * aimed.count_ones();
+        self.budget = pace.budget(aimed.count_ones() * F::LANES as u32);
         let spent = match &mut aim {
             Aim::Fan(fan) => self.descend::<ANY, _>(bvh, fan),
             Aim::Cone(cone) => self.descend::<ANY, _>(bvh, cone),
             Aim::Beams(beams) => self.descend::<ANY, _>(bvh, beams),
         };
+        pace.descended(spent);
         // What the descent found stands: the single rays look for what is closer, or as close.
         if spent { rest | self.live } else { rest }
     }
@@ -162,6 +161,11 @@ impl<F: Lanes> Tile<F> {
         false
     }
 
+    #[inline(always)]
+    fn spend(&mut self, cost: u32) {
+        self.budget = self.budget.saturating_sub(cost);
+    }
+
     /// Puts the children that some group may meet on the stack, the next one on top.
     #[inline(always)]
     fn enter_node<const ANY: bool, C: Cull>(
@@ -173,6 +177,7 @@ impl<F: Lanes> Tile<F> {
         mut waiting: usize,
     ) -> usize {
         count(|visits| visits.nodes += 1);
+        self.spend(pace::NODE);
         let node = &bvh.nodes[node as usize];
         let base = waiting;
         let bounds = std::array::from_fn(|place| F32x8::load(&node.bounds[place]));
@@ -183,7 +188,7 @@ impl<F: Lanes> Tile<F> {
             let (met, start) = cull.groups(&boxes, slot);
             let mut met = met & groups;
             if C::LOOSE {
-                self.budget = self.budget.saturating_sub(met.count_ones());
+                self.spend(pace::BOX * met.count_ones());
                 for index in ones(met) {
                     count(|visits| visits.box_groups += 1);
                     let group = &self.groups[index];
@@ -220,6 +225,7 @@ impl<F: Lanes> Tile<F> {
         meet: impl Fn(&mut Group<F>, &[f32; FIELDS], u32) -> bool,
     ) {
         count(|visits| visits.leaves += 1);
+        self.spend(pace::LEAF);
         let (boxes, places) = cull.boxes(leaf.bounds());
         if C::FAN && FIELDS != SPHERE_FIELDS {
             leaf.shift(cull.origin());
@@ -234,7 +240,7 @@ impl<F: Lanes> Tile<F> {
                 continue;
             }
             count(|visits| visits.primitives += 1);
-            self.budget = self.budget.saturating_sub(4 * met.count_ones());
+            self.spend(pace::PRIMITIVE * met.count_ones());
             let fields = leaf.fields(place as usize);
             let id = leaf.ids[place as usize];
             for index in ones(met) {
@@ -274,7 +280,8 @@ pub(super) struct Leaf<'a, const FIELDS: usize> {
 impl<'a, const FIELDS: usize> Leaf<'a, FIELDS> {
     #[inline(always)]
     pub(super) fn new(array: &'a LeafArray<FIELDS>, first: u32, count: u32) -> Self {
-        let lanes = std::array::from_fn(|field| F32x8::load(array.lanes(first, count, field)));
+        let leaf = array.leaf(first, count);
+        let lanes = std::array::from_fn(|field| F32x8::load(leaf.lanes(field)));
         Self { lanes, ids: &array.ids[first as usize..][..count as usize], count }
     }
 
