@@ -10,7 +10,7 @@
 //! every step rounds monotonically.
 
 use super::ScaledRay;
-use crate::simd::Lanes;
+use crate::simd::{Lanes, each};
 
 /// The margin in units of the largest coordinate: 32 roundings of 2^-24. The projection of a corner
 /// takes 6 of them, its edge functions 4, the weighted sum 4, the planes themselves 5.
@@ -50,12 +50,12 @@ impl<F: Lanes> SlabRay<F> {
         let largest = F::splat(extent) + x.max(y).max(z);
         let covered = largest.le(F::splat(LARGEST_COORDINATE));
         let margin = F::select(covered, largest * F::splat(MARGIN), F::splat(f32::INFINITY));
-        let at: [F; 3] = std::array::from_fn(|axis| -(ray.origin[axis] * inverse[axis]));
-        let wide: [F; 3] = std::array::from_fn(|axis| margin * inverse[axis].abs());
+        let at: [F; 3] = each(|axis| -(ray.origin[axis] * inverse[axis]));
+        let wide: [F; 3] = each(|axis| margin * inverse[axis].abs());
         Self {
             inverse,
-            near: std::array::from_fn(|axis| at[axis] - wide[axis]),
-            far: std::array::from_fn(|axis| at[axis] + wide[axis]),
+            near: each(|axis| at[axis] - wide[axis]),
+            far: each(|axis| at[axis] + wide[axis]),
         }
     }
 

@@ -7,7 +7,7 @@
 //! the radius. Most rays are turned away before by the same quantity in floats, with a margin.
 
 use super::{Met, ScaledRay};
-use crate::simd::{LaneMask, Lanes};
+use crate::simd::{LaneMask, Lanes, each};
 
 /// How far the float test may be off, in units of the centre's distance: 16 roundings of 2^-24.
 const MARGIN: f32 = 1.0 / (1 << 20) as f32;
@@ -23,9 +23,9 @@ pub fn intersect_sphere<F: Lanes>(
     radius: F,
     active: F::Mask,
 ) -> Option<Met<F>> {
-    let from: [F; 3] = std::array::from_fn(|axis| ray.origin[axis] - center[axis]);
+    let from: [F; 3] = each(|axis| ray.origin[axis] - center[axis]);
     let along = dot(from, ray.dir) / dot(ray.dir, ray.dir);
-    let next: [F; 3] = std::array::from_fn(|axis| ray.dir[axis].neg_mul_add(along, from[axis]));
+    let next: [F; 3] = each(|axis| ray.dir[axis].neg_mul_add(along, from[axis]));
     let distance = from[0].abs() + from[1].abs() + from[2].abs();
     let reach = distance.mul_add_fast(F::splat(MARGIN), radius).max(F::splat(SMALLEST_REACH));
     // Written so that a NaN or an overflow goes on to the doubles.

@@ -14,7 +14,7 @@ use super::ones;
 use super::tile::GROUPS;
 use crate::bvh::Bvh;
 use crate::kernels::{BeamAxes, beam_margin};
-use crate::simd::{LaneMask, Lanes, each_axis};
+use crate::simd::{LaneMask, Lanes, each};
 
 /// Rays whose direction has a smaller part along the tile's main axis, with the largest part from 1
 /// to 2, have no aim: their slopes would grow beyond what the margins cover.
@@ -67,27 +67,27 @@ impl Aim {
             }
             let inverse = F::splat(1.0) / forward;
             slopes[index] = [ray.dir[order[0]] * inverse, ray.dir[order[1]] * inverse];
-            let bounds = slopes[index].map(|lanes| {
-                let low = F::select(ray.valid, lanes, inf).reduce_min();
-                [low, F::select(ray.valid, lanes, neg).reduce_max()]
-            });
+            let lowest = |lanes| F::select(ray.valid, lanes, inf).reduce_min();
+            let highest = |lanes| F::select(ray.valid, lanes, neg).reduce_max();
+            let [x, y] = slopes[index];
+            let bounds = [[lowest(x), highest(x)], [lowest(y), highest(y)]];
             let spread = (bounds[0][1] - bounds[0][0]) + (bounds[1][1] - bounds[1][0]);
             let first = ray.valid.bits().trailing_zeros() as usize;
-            let apart =
-                each_axis(|axis| (ray.origin[axis] - F::splat(ray.origin[axis].lane(first))).abs());
+            let apart: [F; 3] =
+                each(|axis| (ray.origin[axis] - F::splat(ray.origin[axis].lane(first))).abs());
             let apart = F::select(ray.valid, apart[0] + apart[1] + apart[2], F::splat(0.0));
-            let ends = F::select(ray.valid, ray.t_max * forward, neg);
-            let across = apart.reduce_max() + spread * ends.reduce_max().min(size);
-            if across > LARGEST_SHARE * size {
-                continue;
+            if apart.gt(F::splat((LARGEST_SHARE - spread) * size)).any() {
+                let ends = F::select(ray.valid, ray.t_max * forward, neg);
+                let across = apart.reduce_max() + spread * ends.reduce_max().min(size);
+                if across > LARGEST_SHARE * size {
+                    continue;
+                }
             }
             aimed |= 1 << index;
-            for (across, bounds) in bounds.into_iter().enumerate() {
-                [all.min[across][index], all.max[across][index]] = bounds;
-            }
-            for part in ray.origin {
-                farthest = farthest.max(part.abs());
-            }
+            [all.min[0][index], all.max[0][index]] = bounds[0];
+            [all.min[1][index], all.max[1][index]] = bounds[1];
+            let [x, y, z] = &ray.origin;
+            farthest = farthest.max(x.abs().max(y.abs()).max(z.abs()));
         }
         if aimed == 0 {
             return None;

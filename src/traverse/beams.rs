@@ -5,7 +5,7 @@ use super::group::Group;
 use super::ones;
 use super::tile::GROUPS;
 use crate::kernels::{Beam, BeamAxes, Bounds, ScaledRay};
-use crate::simd::{F32x8, F32x16, LaneMask, Lanes};
+use crate::simd::{F32x8, F32x16, LaneMask, Lanes, each};
 
 /// Groups that each have bounds of their own.
 pub(super) struct Beams {
@@ -72,7 +72,7 @@ impl Cull for Beams {
         let turned = self.reach.axes.turn_box(bounds);
         let met = self.whole.meets(&turned, self.reach.whole_end);
         let ([a, b, c], [d, e, f]) = (turned.min, turned.max);
-        ([a, b, c, d, e, f].map(F32x8::to_array), met.bits())
+        (each(|place| [a, b, c, d, e, f][place].to_array()), met.bits())
     }
 
     #[inline(always)]

@@ -2,7 +2,7 @@
 
 use super::cull::{Cull, Reach, Slopes};
 use crate::kernels::{BeamAxes, Footprint, ScaledRay};
-use crate::simd::{F32x8, F32x16, LaneMask, Lanes};
+use crate::simd::{F32x8, F32x16, LaneMask, Lanes, each};
 
 /// Groups whose rays all run through the apex; `FAN` if they all start there, exactly.
 pub(super) struct Cone<const FAN: bool> {
@@ -81,8 +81,8 @@ impl<const FAN: bool> Cull for Cone<FAN> {
             | Lanes::gt(start, self.reach.whole_end)
             | Lanes::gt(self.reach.whole_start, end);
         let boxes = Footprints {
-            min: footprint.min.map(F32x8::to_array),
-            max: footprint.max.map(F32x8::to_array),
+            min: each(|axis| footprint.min[axis].to_array()),
+            max: each(|axis| footprint.max[axis].to_array()),
             start: start.to_array(),
             end: end.to_array(),
         };
@@ -91,7 +91,7 @@ impl<const FAN: bool> Cull for Cone<FAN> {
 
     #[inline(always)]
     fn groups(&self, boxes: &Footprints, slot: usize) -> (u32, f32) {
-        let of = |lanes: &[[f32; 8]; 2]| lanes.map(|lanes| F32x16::splat(lanes[slot]));
+        let of = |lanes: &[[f32; 8]; 2]| each(|axis| F32x16::splat(lanes[axis][slot]));
         let footprint = Footprint { min: of(&boxes.min), max: of(&boxes.max) };
         let start = boxes.start[slot];
         let apart = footprint.apart(&self.groups)

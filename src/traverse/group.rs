@@ -9,7 +9,7 @@ use crate::hit::NO_HIT;
 use crate::kernels::{
     Met, ScaledRay, Sheared, SlabRay, intersect_quad, intersect_sphere, intersect_triangle,
 };
-use crate::simd::{LaneMask, Lanes};
+use crate::simd::{LaneMask, Lanes, each};
 
 /// The most lanes of a group.
 pub(super) const MAX_LANES: usize = 16;
@@ -88,16 +88,17 @@ impl<F: Lanes> Group<F> {
     pub(super) fn prepare_boxes(&mut self, extent: f32) {
         self.slab = SlabRay::new(&self.ray, extent);
         let valid = self.ray.valid.bits();
-        let negative = self.slab.inverse.map(|part| part.lt(F::splat(0.0)).bits() & valid);
+        let negative: [u32; 3] = each(|axis| self.slab.inverse[axis].lt(F::splat(0.0)).bits() & valid);
         let one_sign = negative.iter().all(|&lanes| lanes == 0 || lanes == valid);
         self.near_plane = one_sign
-            .then(|| std::array::from_fn(|axis| if negative[axis] == 0 { axis } else { axis + 3 }));
+            .then(|| each(|axis| if negative[axis] == 0 { axis } else { axis + 3 }));
     }
 
     /// True if no lane is to be tested any more.
     #[inline(always)]
     pub(super) fn is_dead(&self) -> bool {
-        self.along == [0; 3]
+        // Not as `self.along == [0; 3]`: that reads two of them at once, and must wait for their stores.
+        self.along[0] | self.along[1] | self.along[2] == 0
     }
 
     /// Where each ray is inside the box; empty (the first value is larger) where it misses.
@@ -105,8 +106,8 @@ impl<F: Lanes> Group<F> {
     pub(super) fn interval(&self, bounds: impl Fn(usize) -> F) -> (F, F) {
         match self.near_plane {
             Some(near_plane) => self.slab.interval(
-                near_plane.map(&bounds),
-                near_plane.map(|place| bounds((place + 3) % 6)),
+                each(|axis| bounds(near_plane[axis])),
+                each(|axis| bounds((near_plane[axis] + 3) % 6)),
                 self.ray.t_min,
                 self.ray.t_max,
             ),
@@ -137,7 +138,7 @@ impl<F: Lanes> Group<F> {
     ) -> bool {
         self.meet_along::<ANY>(id, |ray, order, active| {
             let corner = |corner: usize| {
-                let point = order.map(|axis| F::splat(corners[3 * corner + axis]));
+                let point = each(|place| F::splat(corners[3 * corner + order[place]]));
                 if from_origin { ray.project_from_origin(point) } else { ray.project(point) }
             };
             intersect_triangle(ray, [corner(0), corner(1), corner(2)], active)
@@ -154,10 +155,10 @@ impl<F: Lanes> Group<F> {
     ) -> bool {
         self.meet_along::<ANY>(id, |ray, order, active| {
             let corner = |corner: usize| {
-                let point = order.map(|axis| F::splat(corners[3 * corner + axis]));
+                let point = each(|place| F::splat(corners[3 * corner + order[place]]));
                 if from_origin { ray.project_from_origin(point) } else { ray.project(point) }
             };
-            intersect_quad(ray, std::array::from_fn(corner), active)
+            intersect_quad(ray, each(corner), active)
         })
     }
 
@@ -175,7 +176,7 @@ impl<F: Lanes> Group<F> {
             axes &= axes - 1;
             let order = ORDER[main & 3];
             let ray = Sheared {
-                origin: order.map(|axis: usize| self.ray.origin[axis]),
+                origin: each(|place| self.ray.origin[order[place]]),
                 shear: self.shear,
                 inverse: self.inverse,
                 t_min: self.ray.t_min,
@@ -203,7 +204,7 @@ impl<F: Lanes> Group<F> {
         let mut closer = met.mask;
         if ANY {
             let hit = met.mask.bits();
-            self.along = self.along.map(|lanes| lanes & !hit);
+            self.along = each(|axis| self.along[axis] & !hit);
             self.ray.t_max = F::select(met.mask, F::splat(f32::NEG_INFINITY), self.ray.t_max);
         } else {
             // No hit is beyond `t_max`: those that are not closer are at it.

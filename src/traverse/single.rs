@@ -6,7 +6,7 @@ use crate::kernels::{
     Met, Projected, ScaledRay, Sheared, SlabRay, intersect_quad, intersect_sphere,
     intersect_triangle,
 };
-use crate::simd::{F32x8, LaneMask, Lanes, each_axis};
+use crate::simd::{F32x8, LaneMask, Lanes, each};
 
 /// One scaled ray, all that its tests need.
 #[derive(Clone, Copy, Debug, Default)]
@@ -33,15 +33,15 @@ impl Single {
     #[inline(always)]
     pub(super) fn interval(&self, node: &Node, t_max: f32) -> (F32x8, F32x8) {
         let slab = SlabRay {
-            inverse: each_axis(|axis| F32x8::splat(self.inverse[axis])),
-            near: each_axis(|axis| F32x8::splat(self.near[axis])),
-            far: each_axis(|axis| F32x8::splat(self.far[axis])),
+            inverse: each(|axis| F32x8::splat(self.inverse[axis])),
+            near: each(|axis| F32x8::splat(self.near[axis])),
+            far: each(|axis| F32x8::splat(self.far[axis])),
         };
         // The mask spares a check, and with it a branch between the loads and their use.
         let backwards = |axis: usize| (self.backwards[axis] & 1) as usize;
-        let near_planes = each_axis(|axis| F32x8::load(&node.bounds[axis + 3 * backwards(axis)]));
+        let near_planes = each(|axis| F32x8::load(&node.bounds[axis + 3 * backwards(axis)]));
         let far_planes =
-            each_axis(|axis| F32x8::load(&node.bounds[axis + 3 - 3 * backwards(axis)]));
+            each(|axis| F32x8::load(&node.bounds[axis + 3 - 3 * backwards(axis)]));
         let (t_min, t_max) = (F32x8::splat(self.t_min), F32x8::splat(t_max));
         slab.interval(near_planes, far_planes, t_min, t_max)
     }
@@ -79,8 +79,8 @@ impl Single {
                 let leaf = leaves.spheres.leaf(first, count);
                 let field = |field| F32x8::load(leaf.lanes(field));
                 let ray = ScaledRay {
-                    origin: each_axis(|axis| F32x8::splat(self.origin[axis])),
-                    dir: each_axis(|axis| F32x8::splat(self.dir[axis])),
+                    origin: each(|axis| F32x8::splat(self.origin[axis])),
+                    dir: each(|axis| F32x8::splat(self.dir[axis])),
                     t_min: F32x8::splat(self.t_min),
                     t_max: F32x8::splat(best.t),
                     scale: F32x8::splat(1.0),
@@ -98,7 +98,7 @@ impl Single {
     #[inline(always)]
     fn sheared(&self, t_max: f32) -> Sheared<F32x8> {
         Sheared {
-            origin: each_axis(|place| F32x8::splat(self.sheared_origin[place])),
+            origin: each(|place| F32x8::splat(self.sheared_origin[place])),
             shear: [F32x8::splat(self.shear[0]), F32x8::splat(self.shear[1])],
             inverse: F32x8::splat(self.inverse_main),
             t_min: F32x8::splat(self.t_min),
@@ -110,7 +110,7 @@ impl Single {
     fn project(&self, ray: &Sheared<F32x8>, leaf: Leaf<'_>, corner: usize) -> Projected<F32x8> {
         // The mask is for the compiler, as in `interval`.
         let field = |place: usize| 3 * corner + (self.order[place] & 3) as usize;
-        ray.project(each_axis(|place| F32x8::load(leaf.lanes(field(place)))))
+        ray.project(each(|place| F32x8::load(leaf.lanes(field(place)))))
     }
 }
 

@@ -22,7 +22,7 @@ use super::visits::count;
 use super::{ones, stack_size};
 use crate::bvh::{Bvh, Child, LeafArray, PrimKind};
 use crate::ray::Rays;
-use crate::simd::{F32x8, Lanes};
+use crate::simd::{F32x8, LaneMask, Lanes, each};
 
 /// How many groups a tile has: one a lane of the widest culling test.
 pub(super) const GROUPS: usize = 16;
@@ -77,7 +77,7 @@ impl<F: Lanes> Tile<F> {
             };
             let group_rays = rays.scaled(load, F::mask((1_u32 << count) - 1));
             self.groups[group].load(&group_rays);
-            self.live |= u32::from(!self.groups[group].is_dead()) << group;
+            self.live |= u32::from(group_rays.valid.any()) << group;
         }
     }
 
@@ -180,7 +180,7 @@ impl<F: Lanes> Tile<F> {
         self.spend(pace::NODE);
         let node = &bvh.nodes[node as usize];
         let base = waiting;
-        let bounds = std::array::from_fn(|place| F32x8::load(&node.bounds[place]));
+        let bounds = each(|place| F32x8::load(&node.bounds[place]));
         let (boxes, mut slots) = cull.boxes(bounds);
         while slots != 0 {
             let slot = slots.trailing_zeros() as usize;
@@ -281,7 +281,7 @@ impl<'a, const FIELDS: usize> Leaf<'a, FIELDS> {
     #[inline(always)]
     pub(super) fn new(array: &'a LeafArray<FIELDS>, first: u32, count: u32) -> Self {
         let leaf = array.leaf(first, count);
-        let lanes = std::array::from_fn(|field| F32x8::load(leaf.lanes(field)));
+        let lanes = each(|field| F32x8::load(leaf.lanes(field)));
         Self { lanes, ids: &array.ids[first as usize..][..count as usize], count }
     }
 
@@ -290,12 +290,12 @@ impl<'a, const FIELDS: usize> Leaf<'a, FIELDS> {
     pub(super) fn bounds(&self) -> [F32x8; 6] {
         if FIELDS == SPHERE_FIELDS {
             let radius = self.lanes[3];
-            return std::array::from_fn(|place| {
+            return each(|place| {
                 let center = self.lanes[place % 3];
                 if place < 3 { center - radius } else { center + radius }
             });
         }
-        let mut bounds: [F32x8; 6] = std::array::from_fn(|place| self.lanes[place % 3]);
+        let mut bounds: [F32x8; 6] = each(|place| self.lanes[place % 3]);
         for field in 3..FIELDS {
             let lanes = self.lanes[field];
             bounds[field % 3] = Lanes::min(bounds[field % 3], lanes);
@@ -315,6 +315,6 @@ impl<'a, const FIELDS: usize> Leaf<'a, FIELDS> {
     /// The fields of one primitive.
     #[inline(always)]
     fn fields(&self, place: usize) -> [f32; FIELDS] {
-        std::array::from_fn(|field| self.lanes[field].lane(place & 7))
+        each(|field| self.lanes[field].lane(place & 7))
     }
 }
