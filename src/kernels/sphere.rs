@@ -33,16 +33,26 @@ pub fn intersect_sphere<F: Lanes>(
     if !near.any() {
         return None;
     }
+    // Arrays, and a loop without branches, so that the compiler makes registers of doubles of it.
+    let lanes = |values: F| {
+        let mut lanes = [0.0_f32; MAX_LANES];
+        values.store(&mut lanes);
+        lanes
+    };
+    let (origin, dir) = (ray.origin.map(lanes), ray.dir.map(lanes));
+    let (center, radius) = (center.map(lanes), lanes(radius));
+    let (t_min, t_max) = (lanes(ray.t_min), lanes(ray.t_max));
     let mut distances = [f32::NAN; MAX_LANES];
-    for (lane, distance) in distances[..F::LANES].iter_mut().enumerate() {
-        let at = |parts: [F; 3]| parts.map(|part| f64::from(part.lane(lane)));
-        let range = ray.t_min.lane(lane)..=ray.t_max.lane(lane);
-        *distance = first_root(
-            at(ray.origin),
-            at(ray.dir),
-            range,
-            at(center),
-            f64::from(radius.lane(lane)),
+    for lane in 0..F::LANES {
+        let at = |parts: &[[f32; MAX_LANES]; 3]| {
+            [f64::from(parts[0][lane]), f64::from(parts[1][lane]), f64::from(parts[2][lane])]
+        };
+        distances[lane] = first_root(
+            at(&origin),
+            at(&dir),
+            [t_min[lane], t_max[lane]],
+            at(&center),
+            f64::from(radius[lane]),
         );
     }
     let t = F::load(&distances);
@@ -58,7 +68,7 @@ const MAX_LANES: usize = 16;
 fn first_root(
     origin: [f64; 3],
     dir: [f64; 3],
-    range: std::ops::RangeInclusive<f32>,
+    [t_min, t_max]: [f32; 2],
     center: [f64; 3],
     radius: f64,
 ) -> f32 {
@@ -74,15 +84,10 @@ fn first_root(
     let (one, other) = ((c / q) as f32, (q / a) as f32);
     // Sorted by value: rounding may swap the roots of a ray that touches the sphere at its origin.
     let (near, far) = (one.min(other), one.max(other));
-    let in_range = |t: f32| t >= *range.start() && t <= *range.end();
+    let in_range = |t: f32| (t >= t_min) & (t <= t_max);
     // A negative rest has no root: both are NaN then, and in no range.
-    if in_range(near) {
-        near
-    } else if in_range(far) {
-        far
-    } else {
-        f32::NAN
-    }
+    let far = if in_range(far) { far } else { f32::NAN };
+    if in_range(near) { near } else { far }
 }
 
 #[inline(always)]
