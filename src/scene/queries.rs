@@ -48,8 +48,9 @@ impl Scene {
     /// [`ShapeError`] if there are not as many hits as rays.
     pub fn intersect_batch(&self, rays: Rays<'_>, mut hits: Hits<'_>) -> Result<(), ShapeError> {
         ShapeError::check("hits", hits.len(), "rays", rays.len())?;
-        batch::intersect(&self.bvh, rays, &mut hits);
-        self.name_geometries(&mut hits);
+        batch::intersect(&self.bvh, rays, &mut hits, |prim_ids, geom_ids| {
+            self.name_geometries(prim_ids, geom_ids);
+        });
         Ok(())
     }
 
@@ -110,11 +111,12 @@ impl Scene {
         closest.map_or(Hit::MISS, |closest| self.hit(&closest))
     }
 
-    /// Turns the ids that a batch found into `prim_id` and `geom_id`.
-    fn name_geometries(&self, hits: &mut Hits<'_>) {
+    /// Turns the ids over all geometries that a batch found into `prim_id` and `geom_id`.
+    #[inline(always)]
+    fn name_geometries(&self, prim_ids: &mut [u32], geom_ids: &mut [u32]) {
         let second = self.first_ids.get(1).copied().unwrap_or(NO_HIT);
         let third = self.first_ids.get(2).copied().unwrap_or(NO_HIT);
-        for (prim_id, geom_id) in hits.prim_id.iter_mut().zip(hits.geom_id.iter_mut()) {
+        for (prim_id, geom_id) in prim_ids.iter_mut().zip(geom_ids.iter_mut()) {
             // Most scenes that are traced in bulk have one or two geometries.
             if *prim_id < second {
                 *geom_id = 0;

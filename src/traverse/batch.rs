@@ -14,17 +14,24 @@ use crate::simd::{F32x8, Lanes, Native};
 /// The rays that one step of a batch takes: also the unit in which threads share a batch.
 pub(crate) const TILE_RAYS: usize = Tile::<Native>::RAYS;
 
-/// Writes the closest hit of each ray; `prim_id` is the id over all geometries, and `geom_id` is
-/// left alone.
-pub(crate) fn intersect(bvh: &Bvh, rays: Rays<'_>, hits: &mut Hits<'_>) {
+/// Writes the closest hit of each ray. `name` gets the ids over all geometries of some hits and turns
+/// them into `prim_id` and `geom_id`.
+pub(crate) fn intersect(
+    bvh: &Bvh,
+    rays: Rays<'_>,
+    hits: &mut Hits<'_>,
+    name: impl Fn(&mut [u32], &mut [u32]),
+) {
     trace::<false>(bvh, rays, |start, group, count| {
         let range = start..start + count;
         store(group.t(), &mut hits.t[range.clone()]);
         store(group.u, &mut hits.u[range.clone()]);
         store(group.v, &mut hits.v[range.clone()]);
-        for (lane, id) in hits.prim_id[range].iter_mut().enumerate() {
+        let prim_ids = &mut hits.prim_id[range.clone()];
+        for (lane, id) in prim_ids.iter_mut().enumerate() {
             *id = group.id(lane);
         }
+        name(prim_ids, &mut hits.geom_id[range]);
     });
 }
 

@@ -88,10 +88,11 @@ impl<F: Lanes> Group<F> {
     pub(super) fn prepare_boxes(&mut self, extent: f32) {
         self.slab = SlabRay::new(&self.ray, extent);
         let valid = self.ray.valid.bits();
-        let negative: [u32; 3] = each(|axis| self.slab.inverse[axis].lt(F::splat(0.0)).bits() & valid);
+        let negative: [u32; 3] =
+            each(|axis| self.slab.inverse[axis].lt(F::splat(0.0)).bits() & valid);
         let one_sign = negative.iter().all(|&lanes| lanes == 0 || lanes == valid);
-        self.near_plane = one_sign
-            .then(|| each(|axis| if negative[axis] == 0 { axis } else { axis + 3 }));
+        self.near_plane =
+            one_sign.then(|| each(|axis| if negative[axis] == 0 { axis } else { axis + 3 }));
     }
 
     /// True if no lane is to be tested any more.

@@ -3,7 +3,8 @@
 //! - `batch`: rays of any number; looks at them and picks one of the next two
 //! - `tile`: up to sixteen groups of rays that run alike, in one descent
 //! - `packet`: eight rays that come alone
-//! - `single`: one ray
+//! - `stream`: rays one by one, several in turns, each step by `single`
+//! - `pace`: when a tile does not pay
 //! - `shadow`: points against an area light
 //! - [`visits`]: counts for whoever tunes them
 //! - [`mod@reference`]: one ray against everything, written independently

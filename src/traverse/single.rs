@@ -40,8 +40,7 @@ impl Single {
         // The mask spares a check, and with it a branch between the loads and their use.
         let backwards = |axis: usize| (self.backwards[axis] & 1) as usize;
         let near_planes = each(|axis| F32x8::load(&node.bounds[axis + 3 * backwards(axis)]));
-        let far_planes =
-            each(|axis| F32x8::load(&node.bounds[axis + 3 - 3 * backwards(axis)]));
+        let far_planes = each(|axis| F32x8::load(&node.bounds[axis + 3 - 3 * backwards(axis)]));
         let (t_min, t_max) = (F32x8::splat(self.t_min), F32x8::splat(t_max));
         slab.interval(near_planes, far_planes, t_min, t_max)
     }

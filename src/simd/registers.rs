@@ -1,0 +1,197 @@
+//! Eight and sixteen lanes, over the registers of `wide`.
+
+use std::ops::{BitAnd, BitOr, Not};
+
+use super::scalar::power_to_one;
+use super::{F32x8, F32x16, LaneMask, Lanes};
+
+/// A mask in the form of the vectors that compares give: all bits of a lane set, or none.
+#[derive(Clone, Copy, Debug)]
+pub struct VectorMask<V>(pub(super) V);
+
+macro_rules! lanes {
+    ($vector:ty, $count:literal, $ints:ty) => {
+        impl BitAnd for VectorMask<$vector> {
+            type Output = Self;
+            #[inline(always)]
+            fn bitand(self, other: Self) -> Self {
+                Self(self.0 & other.0)
+            }
+        }
+
+        impl BitOr for VectorMask<$vector> {
+            type Output = Self;
+            #[inline(always)]
+            fn bitor(self, other: Self) -> Self {
+                Self(self.0 | other.0)
+            }
+        }
+
+        impl Not for VectorMask<$vector> {
+            type Output = Self;
+            #[inline(always)]
+            fn not(self) -> Self {
+                Self(!self.0)
+            }
+        }
+
+        impl LaneMask for VectorMask<$vector> {
+            #[inline(always)]
+            fn bits(self) -> u32 {
+                self.0.to_bitmask()
+            }
+        }
+
+        impl Lanes for $vector {
+            const LANES: usize = $count;
+            type Mask = VectorMask<$vector>;
+
+            #[inline(always)]
+            fn splat(value: f32) -> Self {
+                <$vector>::splat(value)
+            }
+            #[inline(always)]
+            fn load(from: &[f32]) -> Self {
+                let lanes: &[f32; $count] = from[..$count].try_into().expect("sliced to length");
+                <$vector>::new(*lanes)
+            }
+            #[inline(always)]
+            fn store(self, to: &mut [f32]) {
+                to[..$count].copy_from_slice(&self.to_array());
+            }
+            #[inline(always)]
+            fn mul_add(self, factor: Self, term: Self) -> Self {
+                if cfg!(target_feature = "fma") {
+                    <$vector>::mul_add(self, factor, term)
+                } else {
+                    let (a, b, c) = (self.to_array(), factor.to_array(), term.to_array());
+                    <$vector>::new(std::array::from_fn(|i| f32::mul_add(a[i], b[i], c[i])))
+                }
+            }
+            #[inline(always)]
+            fn neg_mul_add(self, factor: Self, term: Self) -> Self {
+                if cfg!(target_feature = "fma") {
+                    <$vector>::mul_neg_add(self, factor, term)
+                } else {
+                    Lanes::mul_add(-self, factor, term)
+                }
+            }
+            #[inline(always)]
+            fn mul_add_fast(self, factor: Self, term: Self) -> Self {
+                <$vector>::mul_add(self, factor, term)
+            }
+            #[inline(always)]
+            fn min(self, other: Self) -> Self {
+                if cfg!(target_arch = "x86_64") {
+                    self.fast_min(other)
+                } else {
+                    Lanes::select(Lanes::lt(self, other), self, other)
+                }
+            }
+            #[inline(always)]
+            fn max(self, other: Self) -> Self {
+                if cfg!(target_arch = "x86_64") {
+                    self.fast_max(other)
+                } else {
+                    Lanes::select(Lanes::gt(self, other), self, other)
+                }
+            }
+            #[inline(always)]
+            fn abs(self) -> Self {
+                <$vector>::abs(self)
+            }
+            #[inline(always)]
+            fn sqrt(self) -> Self {
+                <$vector>::sqrt(self)
+            }
+            #[inline(always)]
+            fn lt(self, other: Self) -> Self::Mask {
+                VectorMask(self.simd_lt(other))
+            }
+            #[inline(always)]
+            fn le(self, other: Self) -> Self::Mask {
+                VectorMask(self.simd_le(other))
+            }
+            #[inline(always)]
+            fn gt(self, other: Self) -> Self::Mask {
+                VectorMask(self.simd_gt(other))
+            }
+            #[inline(always)]
+            fn ge(self, other: Self) -> Self::Mask {
+                VectorMask(self.simd_ge(other))
+            }
+            #[inline(always)]
+            fn eq(self, other: Self) -> Self::Mask {
+                VectorMask(self.simd_eq(other))
+            }
+            #[inline(always)]
+            fn select(mask: Self::Mask, yes: Self, no: Self) -> Self {
+                mask.0.select(yes, no)
+            }
+            #[inline(always)]
+            fn mask(bits: u32) -> Self::Mask {
+                let lane_bit = <$ints>::new(std::array::from_fn(|lane| 1 << lane));
+                let chosen = (<$ints>::splat(bits as i32) & lane_bit).simd_eq(lane_bit);
+                VectorMask(<$vector>::from_bits_of(chosen))
+            }
+            #[inline(always)]
+            fn power_to_one(self) -> Self {
+                <$vector>::new(self.to_array().map(power_to_one))
+            }
+            #[inline(always)]
+            fn reduce_max(self) -> f32 {
+                let mut lanes = self.to_array();
+                let mut half = $count / 2;
+                while half > 0 {
+                    for lane in 0..half {
+                        lanes[lane] = Lanes::max(lanes[lane], lanes[lane + half]);
+                    }
+                    half /= 2;
+                }
+                lanes[0]
+            }
+            #[inline(always)]
+            fn reduce_min(self) -> f32 {
+                let mut lanes = self.to_array();
+                let mut half = $count / 2;
+                while half > 0 {
+                    for lane in 0..half {
+                        lanes[lane] = Lanes::min(lanes[lane], lanes[lane + half]);
+                    }
+                    half /= 2;
+                }
+                lanes[0]
+            }
+            #[inline(always)]
+            fn lane(&self, lane: usize) -> f32 {
+                self.as_array()[lane]
+            }
+            #[inline(always)]
+            fn set_lane(&mut self, lane: usize, value: f32) {
+                self.as_mut_array()[lane] = value;
+            }
+        }
+    };
+}
+
+/// Reinterprets integer lanes as float lanes.
+trait FromBits<I> {
+    fn from_bits_of(ints: I) -> Self;
+}
+
+impl FromBits<wide::i32x8> for F32x8 {
+    #[inline(always)]
+    fn from_bits_of(ints: wide::i32x8) -> Self {
+        wide::bytemuck::cast(ints)
+    }
+}
+
+impl FromBits<wide::i32x16> for F32x16 {
+    #[inline(always)]
+    fn from_bits_of(ints: wide::i32x16) -> Self {
+        wide::bytemuck::cast(ints)
+    }
+}
+
+lanes!(F32x8, 8, wide::i32x8);
+lanes!(F32x16, 16, wide::i32x16);
