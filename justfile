@@ -46,9 +46,12 @@ gallery:
 soak times="100":
     OCTRAY_SOAK={{times}} PROPTEST_CASES=$((256 * {{times}})) cargo test --release -- --nocapture
 
-# A fuzz target for a while; needs a nightly toolchain and `cargo install cargo-fuzz`
+# A fuzz target (scene_file, obj_file, mtl_file, geometry) for a while; needs a nightly toolchain and
+# `cargo install cargo-fuzz`. What breaks something belongs into tests/fuzzed/TARGET.
 fuzz target seconds="300":
-    cargo +nightly fuzz run {{target}} -- -max_total_time={{seconds}}
+    mkdir -p fuzz/corpus/{{target}}
+    RUSTFLAGS="-C target-cpu=native" cargo +nightly fuzz run {{target}} fuzz/corpus/{{target}} \
+        tests/fuzzed/{{target}} -- -max_total_time={{seconds}} -timeout=20
 
 # All that continuous integration runs
 ci:

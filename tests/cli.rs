@@ -294,20 +294,6 @@ mod unix {
         assert_eq!(fs::metadata(&target).unwrap().permissions().mode() & 0o777, 0o640);
     }
 
-    #[test]
-    fn a_read_only_folder_is_named() {
-        let folder = folder();
-        let closed = folder.path().join("closed");
-        fs::create_dir(&closed).unwrap();
-        fs::set_permissions(&closed, PermissionsExt::from_mode(0o555)).unwrap();
-        if fs::write(closed.join("probe"), "").is_ok() {
-            fs::remove_file(closed.join("probe")).unwrap();
-            eprintln!("skipped: this user may write everywhere");
-            return;
-        }
-        refused(folder.path(), &["render", "scene.toml", "-o", "closed/a.png"], 1, "closed/a.png");
-    }
-
     /// A mounted file system of a few pages; unmounted when dropped.
     struct SmallDisk(PathBuf);
 
