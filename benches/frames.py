@@ -305,7 +305,7 @@ class Mitsuba:
         props = self.mi.Properties()
         props["bsdf"] = self.mi.load_dict(self.bsdf(scene, material))
         smooth = normals is not None
-        mesh = self.mi.Mesh("mesh", len(positions), len(faces), smooth, props=props)
+        mesh = self.mi.Mesh("mesh", len(positions), len(faces), props, smooth)
         params = self.mi.traverse(mesh)
         params["vertex_positions"] = np.ravel(positions).astype(np.float32)
         params["faces"] = np.ravel(faces)

@@ -105,6 +105,27 @@ fn chaos_scenes() {
     });
 }
 
+/// Parallel rays, as from an orthographic camera or a sun: what looks like a point that all of them
+/// run through lies at the end of the range of floats, or nowhere.
+#[test]
+fn parallel_rays() {
+    run("parallel", 8, 2000, |random, number| {
+        let shapes = if number % 2 == 0 {
+            grid(random, 40)
+        } else {
+            chaos(random, number / 2 % CHAOS_KINDS, 30)
+        };
+        let size = shapes.size();
+        let dir = if random.once_in(2) { random.grid(2) } else { random.vec() };
+        let dir = dir * random.pick(&[1.0, -1.0, size, 1e-3]);
+        let t_max = random.pick(&[f32::INFINITY, f32::INFINITY, f32::MAX, 1e30, 2.0]);
+        let back = dir * random.pick(&[0.0, 1.0, 2.0, 1e5]);
+        let rays: RayBatch =
+            (0..300).map(|_| Ray { t_max, ..Ray::new(shapes.point(random) - back, dir) }).collect();
+        compare(&shapes.build(), &rays)
+    });
+}
+
 #[test]
 fn packets_under_all_masks() {
     run("masks", 3, 144, |random, number| {
