@@ -18,10 +18,11 @@ fn expected(scene: &Scene, rays: &RayBatch) -> Vec<Hit> {
         let ray = rays.as_rays().get(index);
         let hit = scene.intersect_reference(&ray).unwrap_or(Hit::MISS);
         if hit.is_hit() {
-            assert!(
-                hit.t.is_finite() && hit.t >= ray.t_min && hit.t <= ray.t_max,
-                "{hit:?} {ray:?}"
-            );
+            // Ends of a range that lie within a denormal of the origin are rounded to one.
+            let is_rounded = |end: f32| (end * ray.dir.abs().max_element()).abs() < 2.4e-38;
+            let after_start = hit.t >= ray.t_min || is_rounded(ray.t_min);
+            let before_end = hit.t <= ray.t_max || is_rounded(ray.t_max);
+            assert!(hit.t.is_finite() && after_start && before_end, "{hit:?} {ray:?}");
             assert!((0.0..=1.000_001).contains(&hit.u), "{hit:?} {ray:?}");
             assert!((0.0..=1.000_001).contains(&hit.v), "{hit:?} {ray:?}");
         }
