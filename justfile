@@ -51,7 +51,7 @@ soak times="100":
 fuzz target seconds="300":
     mkdir -p fuzz/corpus/{{target}}
     RUSTFLAGS="-C target-cpu=native" cargo +nightly fuzz run {{target}} fuzz/corpus/{{target}} \
-        tests/fuzzed/{{target}} -- -max_total_time={{seconds}} -timeout=20
+        tests/fuzzed/{{target}} -- -max_total_time={{seconds}} -timeout=20 -detect_leaks=0
 
 # All that continuous integration runs
 ci:

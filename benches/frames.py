@@ -426,18 +426,18 @@ class PovRay:
 
     def run(self, side):
         arguments = ["povray", f"+I{self.input}", f"+O{self.output}", f"+W{side}", f"+H{side}",
-                     "-A", "-D", "-GA", "+GS", f"+WT{self.threads}"]
+                     "-A", "-D", f"+WT{self.threads}"]
         done = subprocess.run(arguments, capture_output=True, text=True)
         if done.returncode != 0:
             sys.exit(f"POV-Ray: {done.stderr[-2000:]}")
         return done.stderr
 
     def seconds(self, told, phase):
-        found = re.search(rf"{phase} Time:.*\(([\d.]+) seconds\)(.*with ([\d.]+) CPU-sec)?",
-                          told.replace("\n", " ").replace(f"{phase} Time:", f"\n{phase} Time:"))
-        if not found:
+        clocks = re.search(rf"{phase} Time:[^(]*\(([\d.]+) seconds\)"
+                           r"(?:\s+using \d+ thread\(s\) with ([\d.]+) CPU-seconds)?", told)
+        if not clocks:
             return 0.0
-        return float(found[3] if self.args.cpu_time and found[3] else found[1])
+        return float(clocks[2] if self.args.cpu_time and clocks[2] else clocks[1])
 
     def trace(self):
         return self.seconds(self.run(self.args.side), "Trace")
