@@ -232,8 +232,10 @@ mod unix {
     }
 
     #[test]
-    fn ctrl_c_leaves_no_file() {
+    fn ctrl_c_leaves_no_file_and_the_old_picture() {
         let folder = folder();
+        let old = folder.path().join("scene.png");
+        fs::write(&old, "the old picture").unwrap();
         let arguments = ["render", "scene.toml", "--size", "4000x4000", "--shadow-samples", "4096"];
         let mut command = octray(folder.path(), &arguments);
         let mut child = command.stderr(Stdio::piped()).spawn().unwrap();
@@ -246,7 +248,8 @@ mod unix {
         let mut message = String::new();
         child.stderr.take().unwrap().read_to_string(&mut message).unwrap();
         assert_eq!(message, "interrupted\n");
-        assert_eq!(names(folder.path()).len(), 1);
+        assert_eq!(fs::read_to_string(&old).unwrap(), "the old picture");
+        assert_eq!(names(folder.path()).len(), 2);
     }
 
     #[test]
