@@ -127,6 +127,37 @@ fn parallel_rays() {
     });
 }
 
+/// Rays that run through one point, which lies before them, behind them or at their ends: as to a
+/// light, or off a flat mirror. The point is near the scene or far away, and the rays spread widely.
+#[test]
+fn rays_through_one_point() {
+    run("through one point", 9, 4000, |random, number| {
+        let shapes = if number % 4 == 0 {
+            grid(random, 40)
+        } else {
+            chaos(random, number / 4 % CHAOS_KINDS, 30)
+        };
+        let size = shapes.size();
+        let apex = random.dir() * size * random.pick(&[0.1, 0.5, 1.0, 2.0, 4.0, 8.0, 100.0]);
+        let behind = random.once_in(2);
+        let t_max = random.pick(&[1.0, 0.999, 2.0, f32::INFINITY]);
+        let rays: RayBatch = (0..300)
+            .map(|_| {
+                let target = shapes.point(random);
+                let part = 0.1 + random.unit();
+                if behind {
+                    // Off a mirror that cuts the way from the apex.
+                    Ray::new(apex + (target - apex) * (0.5 * part), target - apex)
+                } else {
+                    let origin = target + (target - apex) * part;
+                    Ray { t_max, ..Ray::new(origin, apex - origin) }
+                }
+            })
+            .collect();
+        compare(&shapes.build(), &rays)
+    });
+}
+
 #[test]
 fn packets_under_all_masks() {
     run("masks", 3, 144, |random, number| {
