@@ -42,7 +42,9 @@ gallery:
     done
     @test -z "$(find docs/gallery -size +300k)" || { echo "larger than 300 kB:"; find docs/gallery -size +300k; exit 1; }
 
-# The tests on made-up input with many times as many rounds as usual
+# The tests on made-up input with many times as many rounds as usual. At 100: 1.4e9 rays against the
+# reference, 1.1e9 watertight, 2.3e9 visibility samples, in about three hours of one core.
+# OCTRAY_SKIP=100 leaves out the first 100 times, so that a soak goes on where another one ended.
 soak times="100":
     OCTRAY_SOAK={{times}} PROPTEST_CASES=$((256 * {{times}})) cargo test --release -- --nocapture
 

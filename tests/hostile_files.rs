@@ -77,7 +77,7 @@ fn large_faces_are_read() {
         (angle.cos(), angle.sin())
     };
     let folded = |at: usize| ((at * 7919 % 10_007) as f64, (at * 104_729 % 9973) as f64);
-    let comb = |at: usize| (at as f64, if at % 2 == 0 { 0.0 } else { 100.0 + (at % 4) as f64 });
+    let comb = |at: usize| (at as f64, [0.0, 101.0, 0.0, 103.0][at % 4]);
     for at in [&round as &dyn Fn(usize) -> (f64, f64), &folded, &comb] {
         let mut text = String::new();
         for corner in 0..corners {
