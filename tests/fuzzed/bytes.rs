@@ -41,7 +41,7 @@ impl<'a> Bytes<'a> {
             97..=160 => self.seen[usize::from(choice) % self.seen.len()],
             161..=200 => {
                 let value = self.seen[usize::from(choice) % self.seen.len()];
-                if choice % 2 == 0 { value.next_up() } else { value.next_down() }
+                if choice.is_multiple_of(2) { value.next_up() } else { value.next_down() }
             }
             // Sizes from 2^-20 to 2^20.
             201..=241 => (f32::from(choice) - 221.0).exp2(),

@@ -126,14 +126,14 @@ fn compare(scene: &Scene, rays: &RayBatch) {
     let mut occluded = vec![false; rays.len()];
     scene.intersect_batch(rays.as_rays(), hits.as_hits()).expect("as many hits as rays");
     scene.occluded_batch(rays.as_rays(), &mut occluded).expect("as many bits as rays");
-    for index in 0..rays.len() {
+    for (index, &occluded) in occluded.iter().enumerate() {
         let ray = rays.as_rays().get(index);
         let expected = scene.intersect_reference(&ray);
         assert_eq!(bits(scene.intersect(&ray)), bits(expected), "single {ray:?}");
         assert_eq!(scene.occluded(&ray), expected.is_some(), "single occluded {ray:?}");
         let found = Some(hits.get(index)).filter(Hit::is_hit);
         assert_eq!(bits(found), bits(expected), "batch {ray:?}");
-        assert_eq!(occluded[index], expected.is_some(), "batch occluded {ray:?}");
+        assert_eq!(occluded, expected.is_some(), "batch occluded {ray:?}");
         let packet = RayPacket::new(
             &[0, 1, 2, 3, 4, 5, 6, 7].map(|lane| rays.as_rays().get((index + lane) % rays.len())),
         );
