@@ -281,6 +281,48 @@ fn walls_at_the_light() {
     });
 }
 
+/// Occluders that just touch what a point sees of the light: an edge in a side of its pyramid, with
+/// the triangle outside or in the way, or a corner on an edge of the pyramid. Roundings decide then.
+#[test]
+fn grazing_occluders() {
+    run("visibility, grazing", 87, 1500, |random, round| {
+        let scale = random.scale(-4, 4);
+        let middle = random.vec() * scale * 3.0;
+        let (edge_u, edge_v) = (random.vec() * scale, random.vec() * scale);
+        let corner = middle - (edge_u + edge_v) * 0.5;
+        let light = LightShape::Quad { corner, edge_u, edge_v };
+        let corners = [corner, corner + edge_u, corner + edge_u + edge_v, corner + edge_v];
+        let point = random.vec() * scale;
+        let mut mesh = Mesh::default();
+        for _ in 0..1 + round % 3 {
+            let side = random.below(4);
+            let [a, b, c, d] = [0, 1, 2, 3].map(|step| corners[(side + step) % 4]);
+            // From the point towards the light: `part` of the way.
+            let part = 0.1 + 0.8 * random.unit();
+            let at = |target: Vec3| point + (target - point) * part;
+            let (along, inwards) = (b - a, (d - a + c - b) * 0.5);
+            let triangle = match round % 4 {
+                0 => [a - along * random.unit(), b + along * random.unit(), b - inwards],
+                1 => [a - along * 4.0, b + along * 4.0, (a + b) * 0.5 + inwards * 4.0],
+                2 => [a, a - along - inwards * random.unit(), a - along * random.unit() - inwards],
+                _ => [a - along, b + along, b + along * random.signed() + inwards],
+            };
+            let first = mesh.positions.len() as u32;
+            mesh.positions.extend(triangle.map(|target| random.vec_beside(at(target))));
+            mesh.indices.push([first, first + 1, first + 2]);
+        }
+        let mut builder = SceneBuilder::new();
+        builder.add_mesh(mesh, 0);
+        let scene = builder.build().unwrap();
+        let mut case = Case { per_point: 16, ..Case::default() };
+        for _ in 0..100 {
+            let position = random.vec_beside(point);
+            case.push(random, position, middle - point);
+        }
+        case.check(&scene, &light).iter().sum::<usize>() as u64
+    });
+}
+
 #[test]
 fn shapes_are_checked() {
     let scene = SceneBuilder::new().build().unwrap();
