@@ -288,12 +288,17 @@ fn grazing_occluders() {
     run("visibility, grazing", 87, 1500, |random, round| {
         let scale = random.scale(-4, 4);
         let middle = random.vec() * scale * 3.0;
-        let (edge_u, edge_v) = (random.vec() * scale, random.vec() * scale);
+        let (edge_u, edge_v) = if random.once_in(2) {
+            (random.vec() * scale, random.vec() * scale)
+        } else {
+            // Along axes, so that the boxes of flat triangles only touch, too.
+            (Vec3::X * scale * random.unit(), Vec3::Z * scale * random.unit())
+        };
         let corner = middle - (edge_u + edge_v) * 0.5;
         let light = LightShape::Quad { corner, edge_u, edge_v };
         let corners = [corner, corner + edge_u, corner + edge_u + edge_v, corner + edge_v];
         let point = random.vec() * scale;
-        let mut mesh = Mesh::default();
+        let (mut mesh, mut spheres) = (Mesh::default(), Spheres::default());
         for _ in 0..1 + round % 3 {
             let side = random.below(4);
             let [a, b, c, d] = [0, 1, 2, 3].map(|step| corners[(side + step) % 4]);
@@ -301,6 +306,14 @@ fn grazing_occluders() {
             let part = 0.1 + 0.8 * random.unit();
             let at = |target: Vec3| point + (target - point) * part;
             let (along, inwards) = (b - a, (d - a + c - b) * 0.5);
+            if round % 5 == 4 {
+                // Beside the side plane, which it touches.
+                let normal = (a - point).cross(b - point).normalize_or(Vec3::Y);
+                let out = if normal.dot(middle - point) > 0.0 { -normal } else { normal };
+                let radius = scale * random.scale(-3, 0);
+                spheres.push(random.vec_beside(at((a + b) * 0.5) + out * radius), radius);
+                continue;
+            }
             let triangle = match round % 4 {
                 0 => [a - along * random.unit(), b + along * random.unit(), b - inwards],
                 1 => [a - along * 4.0, b + along * 4.0, (a + b) * 0.5 + inwards * 4.0],
@@ -313,11 +326,19 @@ fn grazing_occluders() {
         }
         let mut builder = SceneBuilder::new();
         builder.add_mesh(mesh, 0);
+        builder.add_spheres(spheres, 0);
         let scene = builder.build().unwrap();
         let mut case = Case { per_point: 16, ..Case::default() };
         for _ in 0..100 {
             let position = random.vec_beside(point);
-            case.push(random, position, middle - point);
+            // Half of the surfaces have a corner of the light in their plane.
+            let normal = if random.once_in(2) {
+                let across = (random.pick(&corners) - position).cross(random.vec());
+                if across.dot(middle - point) < 0.0 { -across } else { across }
+            } else {
+                middle - point
+            };
+            case.push(random, position, normal);
         }
         case.check(&scene, &light).iter().sum::<usize>() as u64
     });
