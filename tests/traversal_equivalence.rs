@@ -119,7 +119,8 @@ fn parallel_rays() {
         let size = shapes.size();
         let dir = if random.once_in(2) { random.grid(2) } else { random.vec() };
         let dir = dir * random.pick(&[1.0, -1.0, size, 1e-3]);
-        let t_max = random.pick(&[f32::INFINITY, f32::INFINITY, f32::MAX, 1e30, 2.0]);
+        let far = random.scale(0, 12);
+        let t_max = random.pick(&[f32::INFINITY, f32::MAX, 1e30, 2.0, far, far * size]);
         let back = dir * random.pick(&[0.0, 1.0, 2.0, 1e5]);
         let rays: RayBatch =
             (0..300).map(|_| Ray { t_max, ..Ray::new(shapes.point(random) - back, dir) }).collect();
