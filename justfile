@@ -42,13 +42,18 @@ gallery:
     done
     @test -z "$(find docs/gallery -size +300k)" || { echo "larger than 300 kB:"; find docs/gallery -size +300k; exit 1; }
 
-# The tests on made-up input with many times as many rounds as usual
+# The tests on made-up input with many times as many rounds as usual. At 100: 1.4e9 rays against the
+# reference, 1.1e9 watertight, 2.3e9 visibility samples, in about three hours of one core.
+# OCTRAY_SKIP=100 leaves out the first 100 times, so that a soak goes on where another one ended.
 soak times="100":
     OCTRAY_SOAK={{times}} PROPTEST_CASES=$((256 * {{times}})) cargo test --release -- --nocapture
 
-# A fuzz target for a while; needs a nightly toolchain and `cargo install cargo-fuzz`
+# A fuzz target (scene_file, obj_file, mtl_file, geometry) for a while; needs a nightly toolchain and
+# `cargo install cargo-fuzz`. What breaks something belongs into tests/fuzzed/TARGET.
 fuzz target seconds="300":
-    cargo +nightly fuzz run {{target}} -- -max_total_time={{seconds}}
+    mkdir -p fuzz/corpus/{{target}}
+    RUSTFLAGS="-C target-cpu=native" cargo +nightly fuzz run {{target}} fuzz/corpus/{{target}} \
+        tests/fuzzed/{{target}} -- -max_total_time={{seconds}} -timeout=20 -detect_leaks=0
 
 # All that continuous integration runs
 ci:

@@ -1,36 +1,12 @@
 //! What points see of a light is what `occluded` says of the same rays, bit for bit.
 
+mod made;
+
+use std::sync::atomic::{AtomicU64, Ordering};
+
 use glam::Vec3;
+use made::{Random, run};
 use octray::*;
-
-/// A small generator of numbers, the same on every machine (Vigna 2015, splitmix64).
-struct Random(u64);
-
-impl Random {
-    fn next(&mut self) -> u64 {
-        self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
-        let mut z = self.0;
-        z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
-        z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
-        z ^ (z >> 31)
-    }
-    fn below(&mut self, n: u64) -> u64 {
-        self.next() % n
-    }
-    fn unit(&mut self) -> f32 {
-        (self.next() >> 40) as f32 / (1 << 24) as f32
-    }
-    fn signed(&mut self) -> f32 {
-        2.0 * self.unit() - 1.0
-    }
-    fn vec(&mut self) -> Vec3 {
-        Vec3::new(self.signed(), self.signed(), self.signed())
-    }
-    fn grid(&mut self, half: i64) -> Vec3 {
-        let mut one = || (self.below(2 * half as u64 + 1) as i64 - half) as f32;
-        Vec3::new(one(), one(), one())
-    }
-}
 
 /// Points, samples and a light.
 #[derive(Default)]
@@ -171,10 +147,10 @@ fn scene(random: &mut Random, style: Style, scale: f32) -> Scene {
 fn light(random: &mut Random, style: Style, scale: f32) -> LightShape {
     let grid = style == Style::Grid;
     let at = |random: &mut Random, far: f32| {
-        if grid { random.grid((4.0 * far) as i64 + 1) } else { random.vec() * scale * far }
+        if grid { random.grid((4.0 * far) as i32 + 1) } else { random.vec() * scale * far }
     };
     let middle = at(random, 3.0);
-    let width = [0.02, 0.2, 1.0, 8.0][random.below(4) as usize];
+    let width = [0.02, 0.2, 1.0, 8.0][random.below(4)];
     let edge = |random: &mut Random| {
         if grid { random.grid(2) } else { random.vec() * scale * width }
     };
@@ -188,13 +164,13 @@ fn light(random: &mut Random, style: Style, scale: f32) -> LightShape {
     }
 }
 
-fn run(seed: u64, style: Style, rounds: usize) {
-    let mut random = Random(seed);
-    let mut counts = [0; 2];
-    for round in 0..rounds {
+/// Rounds of made scenes; hardly any sample hidden, or seen, would make them worth little.
+fn rounds(what: &str, test: u64, style: Style, usual: u64) {
+    let hidden = AtomicU64::new(0);
+    let tried = run(what, test, usual, |random, round| {
         let scale = if style == Style::Grid { 1.0 } else { 10_f32.powf(random.signed() * 4.0) };
-        let scene = scene(&mut random, style, scale);
-        let light = light(&mut random, style, scale);
+        let scene = scene(random, style, scale);
+        let light = light(random, style, scale);
         let per_point = [16, 4, 7, 16, 33, 1, 16, 64][round % 8];
         let mut case = Case { per_point, ..Case::default() };
         let points = (6000 / per_point).min(500);
@@ -217,40 +193,40 @@ fn run(seed: u64, style: Style, rounds: usize) {
                 _ => position,
             };
             let normal = random.vec() * 10_f32.powf(random.signed());
-            case.push(&mut random, position, normal);
+            case.push(random, position, normal);
         }
-        let of_round = case.check(&scene, &light);
-        counts = [counts[0] + of_round[0], counts[1] + of_round[1]];
-    }
-    // The test would be worth little if hardly any sample was hidden, or seen.
-    assert!(counts.iter().all(|&count| count > rounds * 400), "{counts:?}");
+        let counts = case.check(&scene, &light);
+        hidden.fetch_add(counts[0] as u64, Ordering::Relaxed);
+        (counts[0] + counts[1]) as u64
+    });
+    let hidden = hidden.into_inner();
+    assert!(hidden * 20 > tried && hidden * 20 < 19 * tried, "{hidden} of {tried} are hidden");
 }
 
 #[test]
 fn grid_scenes() {
-    run(1, Style::Grid, 400);
+    rounds("visibility, grid", 81, Style::Grid, 400);
 }
 
 #[test]
 fn chaos_scenes() {
-    run(2, Style::Chaos, 400);
+    rounds("visibility, chaos", 82, Style::Chaos, 400);
 }
 
 #[test]
 fn slivers() {
-    run(3, Style::Slivers, 400);
+    rounds("visibility, slivers", 83, Style::Slivers, 400);
 }
 
 #[test]
 fn large_occluders() {
-    run(4, Style::Large, 800);
+    rounds("visibility, large", 84, Style::Large, 800);
 }
 
 /// Points on the facets of a ball and on a floor below it, as pictures have them.
 #[test]
 fn pictures() {
-    let mut random = Random(5);
-    for round in 0..24 {
+    run("visibility, pictures", 85, 24, |random, round| {
         let mut ball = octray::geometry::shapes::icosphere(4);
         let lift = [0.3, 1.0, 1.5][round % 3];
         ball.positions.iter_mut().for_each(|p| *p += Vec3::Y * lift);
@@ -271,19 +247,18 @@ fn pictures() {
                 if let Some(hit) = scene.intersect(&ray) {
                     let surface = scene.surface(&ray, &hit);
                     let normal = surface.geometric_normal;
-                    case.push(&mut random, surface.offset_origin(normal), normal);
+                    case.push(random, surface.offset_origin(normal), normal);
                 }
             }
         }
-        case.check(&scene, &light);
-    }
+        case.check(&scene, &light).iter().sum::<usize>() as u64
+    });
 }
 
 /// A tilted light with a wall as tilted close behind it, and then close before it.
 #[test]
 fn walls_at_the_light() {
-    let mut random = Random(6);
-    for round in 0..200 {
+    run("visibility, walls", 86, 200, |random, round| {
         let (edge_u, edge_v) = (Vec3::new(1.0, 0.6 * random.signed(), 0.0), Vec3::Z);
         let middle = Vec3::new(random.signed(), 4.0, random.signed());
         let corner = middle - (edge_u + edge_v) * 0.5;
@@ -298,11 +273,75 @@ fn walls_at_the_light() {
         let mut case = Case { per_point: 16, ..Case::default() };
         for _ in 0..300 {
             let position = Vec3::new(random.signed(), 0.2 * random.signed(), random.signed());
-            case.push(&mut random, position, Vec3::Y);
+            case.push(random, position, Vec3::Y);
         }
         let counts = case.check(&scene, &light);
         assert_eq!(counts[usize::from(away.y < 0.0)], 0, "round {round}");
-    }
+        (counts[0] + counts[1]) as u64
+    });
+}
+
+/// Occluders that just touch what a point sees of the light: an edge in a side of its pyramid, with
+/// the triangle outside or in the way, or a corner on an edge of the pyramid. Roundings decide then.
+#[test]
+fn grazing_occluders() {
+    run("visibility, grazing", 87, 1500, |random, round| {
+        let scale = random.scale(-4, 4);
+        let middle = random.vec() * scale * 3.0;
+        let (edge_u, edge_v) = if random.once_in(2) {
+            (random.vec() * scale, random.vec() * scale)
+        } else {
+            // Along axes, so that the boxes of flat triangles only touch, too.
+            (Vec3::X * scale * random.unit(), Vec3::Z * scale * random.unit())
+        };
+        let corner = middle - (edge_u + edge_v) * 0.5;
+        let light = LightShape::Quad { corner, edge_u, edge_v };
+        let corners = [corner, corner + edge_u, corner + edge_u + edge_v, corner + edge_v];
+        let point = random.vec() * scale;
+        let (mut mesh, mut spheres) = (Mesh::default(), Spheres::default());
+        for _ in 0..1 + round % 3 {
+            let side = random.below(4);
+            let [a, b, c, d] = [0, 1, 2, 3].map(|step| corners[(side + step) % 4]);
+            // From the point towards the light: `part` of the way.
+            let part = 0.1 + 0.8 * random.unit();
+            let at = |target: Vec3| point + (target - point) * part;
+            let (along, inwards) = (b - a, (d - a + c - b) * 0.5);
+            if round % 5 == 4 {
+                // Beside the side plane, which it touches.
+                let normal = (a - point).cross(b - point).normalize_or(Vec3::Y);
+                let out = if normal.dot(middle - point) > 0.0 { -normal } else { normal };
+                let radius = scale * random.scale(-3, 0);
+                spheres.push(random.vec_beside(at((a + b) * 0.5) + out * radius), radius);
+                continue;
+            }
+            let triangle = match round % 4 {
+                0 => [a - along * random.unit(), b + along * random.unit(), b - inwards],
+                1 => [a - along * 4.0, b + along * 4.0, (a + b) * 0.5 + inwards * 4.0],
+                2 => [a, a - along - inwards * random.unit(), a - along * random.unit() - inwards],
+                _ => [a - along, b + along, b + along * random.signed() + inwards],
+            };
+            let first = mesh.positions.len() as u32;
+            mesh.positions.extend(triangle.map(|target| random.vec_beside(at(target))));
+            mesh.indices.push([first, first + 1, first + 2]);
+        }
+        let mut builder = SceneBuilder::new();
+        builder.add_mesh(mesh, 0);
+        builder.add_spheres(spheres, 0);
+        let scene = builder.build().unwrap();
+        let mut case = Case { per_point: 16, ..Case::default() };
+        for _ in 0..100 {
+            let position = random.vec_beside(point);
+            // Half of the surfaces have a corner of the light in their plane.
+            let normal = if random.once_in(2) {
+                let across = (random.pick(&corners) - position).cross(random.vec());
+                if across.dot(middle - point) < 0.0 { -across } else { across }
+            } else {
+                middle - point
+            };
+            case.push(random, position, normal);
+        }
+        case.check(&scene, &light).iter().sum::<usize>() as u64
+    });
 }
 
 #[test]

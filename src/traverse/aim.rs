@@ -30,6 +30,10 @@ const LARGEST_SHARE: f32 = 1.2;
 /// Rays that pass a point within this many margins make a cone: the margins grow as much.
 const LARGEST_MISS: f32 = 4.0;
 
+/// Points farther away than this many times the largest coordinate in play are no apex: there the
+/// rounding of their own coordinates passes the margins, and parallel rays seem to meet.
+const FARTHEST_APEX: f32 = 4.0;
+
 /// How the rays of a tile run. It lives on the stack, once for each tile.
 #[allow(clippy::large_enum_variant)]
 pub(super) enum Aim {
@@ -105,7 +109,11 @@ impl Aim {
                 return Some((Self::Fan(fan), aimed));
             }
         }
-        for apex in apexes(groups, aimed, axes, &slopes) {
+        let is_near = |apex: &[f32; 3]| {
+            // Asked this way round, a NaN is far away.
+            apex.iter().all(|part| part.abs() <= FARTHEST_APEX * extent)
+        };
+        for apex in apexes(groups, aimed, axes, &slopes).into_iter().filter(is_near) {
             let miss = largest_miss(groups, aimed, axes, &slopes, apex);
             if miss <= LARGEST_MISS * margin
                 && let Some(cone) = Cone::new(axes, apex, [0.0; 3], &all, &reach(margin + miss))
@@ -147,13 +155,13 @@ fn main_axis<F: Lanes>(groups: &[Group<F>; GROUPS], live: u32) -> Option<BeamAxe
 }
 
 /// Points that all rays may run through, in the beam's axes: where the first ray ends, and where it
-/// meets the last one.
+/// meets the last one. Not finite if there is none.
 fn apexes<F: Lanes>(
     groups: &[Group<F>; GROUPS],
     live: u32,
     axes: BeamAxes,
     slopes: &[[F; 2]; GROUPS],
-) -> impl Iterator<Item = [f32; 3]> {
+) -> [[f32; 3]; 2] {
     let ray = |group: usize, lane: usize| {
         let origin = axes.turn(groups[group].ray.origin).map(|part| part.lane(lane));
         (origin, slopes[group].map(|slope| slope.lane(lane)))
@@ -173,8 +181,7 @@ fn apexes<F: Lanes>(
     let main = (at_zero(other, other_slope) - at_zero(one, slope)) / part[across];
     let step = main - one[2];
     let meeting = [one[0] + slope[0] * step, one[1] + slope[1] * step, main];
-    let points = [end, meeting].into_iter();
-    points.filter(|point| point.iter().all(|part| part.is_finite()))
+    [end, meeting]
 }
 
 /// How far rays pass by the apex at most.

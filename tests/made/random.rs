@@ -1,15 +1,21 @@
 //! Seeded numbers.
 
+use std::ops::Range;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::time::Instant;
 
 use glam::Vec3;
 use rayon::prelude::*;
 
-/// How often a test repeats: `OCTRAY_SOAK` (1 if it is not set) times `usual`.
-pub fn rounds(usual: u64) -> u64 {
-    let soak = std::env::var("OCTRAY_SOAK").ok();
-    usual * soak.map_or(1, |text| text.parse().expect("OCTRAY_SOAK is a whole number"))
+/// The rounds of a test: `OCTRAY_SOAK` (1 if it is not set) times `usual`, after the first
+/// `OCTRAY_SKIP` (0) times `usual`. So a long soak can be done in pieces.
+pub fn rounds(usual: u64) -> Range<u64> {
+    let number = |name: &str, default| {
+        let text = std::env::var(name).ok();
+        text.map_or(default, |text| text.parse().unwrap_or_else(|_| panic!("{name}: {text}?")))
+    };
+    let skip: u64 = number("OCTRAY_SKIP", 0);
+    usual * skip..usual * (skip + number("OCTRAY_SOAK", 1))
 }
 
 /// Runs the rounds of a test on all threads, `usual` times [`rounds`], each with a generator and its
@@ -27,13 +33,14 @@ pub fn run(
         return one(number.parse().expect("OCTRAY_ROUND is a whole number"));
     }
     let rounds = rounds(usual);
-    let results: Vec<Result<u64, u64>> = (0..rounds)
+    let results: Vec<Result<u64, u64>> = rounds
+        .clone()
         .into_par_iter()
         .map(|number| catch_unwind(AssertUnwindSafe(|| one(number))).map_err(|_| number))
         .collect();
     let failed: Vec<u64> = results.iter().filter_map(|result| result.err()).collect();
     let rays = results.iter().flatten().sum();
-    println!("{what}: {rays} rays in {rounds} rounds, {:.1?}", start.elapsed());
+    println!("{what}: {rays} rays in rounds {rounds:?}, {:.1?}", start.elapsed());
     assert!(failed.is_empty(), "{what}: {} rounds failed: {failed:.40?}", failed.len());
     rays
 }

@@ -63,10 +63,11 @@ pub(super) fn clean(text: &str, file: &Path, with_materials: bool) -> Result<Cle
             Some("vn") => normals += 1,
             Some("f") => reader.face(line, positions, normals)?,
             // An object without a name is one all the same; a material without one is none.
-            Some(word @ ("o" | "g")) => reader.name("o", after(line, word)),
+            Some(word @ ("o" | "g")) => reader.name("o", &after(line, word)),
             Some("usemtl") if with_materials && !after(line, "usemtl").is_empty() => {
-                reader.name("usemtl", after(line, "usemtl"));
-                used.insert(after(line, "usemtl").to_owned());
+                let name = after(line, "usemtl");
+                reader.name("usemtl", &name);
+                used.insert(name);
             }
             Some("mtllib") if with_materials && !after(line, "mtllib").is_empty() => {
                 reader.name("mtllib", &after(line, "mtllib").replace('\\', "/"));
@@ -120,9 +121,10 @@ fn words(line: &str) -> impl Iterator<Item = &str> {
     line.split_whitespace().map(|word| word.trim_end_matches('\\')).filter(|word| !word.is_empty())
 }
 
-/// What follows the first word: a name, which may have spaces.
-fn after<'a>(line: &'a str, word: &str) -> &'a str {
-    line.trim_start()[word.len()..].trim()
+/// What follows the first word: a name in one line, which may have spaces.
+fn after(line: &str, word: &str) -> String {
+    let name = line.trim_start()[word.len()..].trim();
+    name.replace("\\\r\n", " ").replace("\\\n", " ").replace(['\n', '\r', '\t'], " ")
 }
 
 impl Reader<'_> {
@@ -245,6 +247,6 @@ impl Reader<'_> {
     }
 
     fn name(&mut self, word: &str, name: &str) {
-        let _ = writeln!(self.rest, "{word} {}", name.replace(['\n', '\r', '\t'], " "));
+        let _ = writeln!(self.rest, "{word} {name}");
     }
 }
