@@ -298,7 +298,7 @@ fn nested_boxes_keep_the_depth_bounded() {
             BuildPrimitive::new(bounds, PrimKind::Triangle, i)
         })
         .collect();
-    let bvh = Bvh::build(primitives, 20_000, &Nested);
+    let bvh = Bvh::build(primitives, 20_000, &Nested, BuildQuality::Balanced);
     bvh.validate().unwrap();
     assert!(bvh.depth <= MAX_DEPTH);
 }

@@ -14,6 +14,7 @@ use super::binning::{Bins, Grid, MAX_BINS, Range, Split};
 use super::node::MAX_LEAF;
 use super::plan::{self, Costs, Plan};
 use super::primitive::BuildPrimitive;
+use super::quality::BuildQuality;
 use crate::geometry::Aabb;
 
 /// No way from the root to a leaf has more nodes: `SAH_DEPTH` splits by cost, then the 26 halvings
@@ -97,7 +98,10 @@ impl<'a> Cursor<'a> {
 }
 
 /// Sorts `primitives` into leaf order and returns the tree over them, and the box around them.
-pub(super) fn build(primitives: &mut [BuildPrimitive]) -> (BinaryTree, Aabb) {
+pub(super) fn build(
+    primitives: &mut [BuildPrimitive],
+    _quality: BuildQuality,
+) -> (BinaryTree, Aabb) {
     if primitives.is_empty() {
         return (BinaryTree::default(), Aabb::EMPTY);
     }

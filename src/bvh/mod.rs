@@ -13,6 +13,7 @@ mod leaves;
 mod node;
 mod plan;
 mod primitive;
+mod quality;
 mod stats;
 #[cfg(test)]
 mod tests;
@@ -24,6 +25,7 @@ pub use leaves::{
 };
 pub use node::{Child, LEAF, MAX_LEAF, Node, PrimKind, WIDTH};
 pub use primitive::BuildPrimitive;
+pub use quality::{BuildQuality, UnknownBuild};
 pub use stats::BvhStats;
 pub use validate::BvhError;
 
@@ -64,8 +66,9 @@ impl Bvh {
         mut primitives: Vec<BuildPrimitive>,
         ids: usize,
         source: &impl PrimitiveSource,
+        quality: BuildQuality,
     ) -> Self {
-        let (tree, bounds) = build::build(&mut primitives);
+        let (tree, bounds) = build::build(&mut primitives, quality);
         let (nodes, leaves, depth) = collapse::collapse(&tree, &primitives, ids, source);
         let extent = if bounds.is_empty() {
             0.0

@@ -27,7 +27,7 @@ impl Points {
             BuildPrimitive::new(bounds, kind, id)
         };
         let primitives = (0..).zip(&self.0).map(boxed).collect();
-        let bvh = Bvh::build(primitives, self.0.len(), self);
+        let bvh = Bvh::build(primitives, self.0.len(), self, BuildQuality::Balanced);
         assert_eq!(bvh.validate(), Ok(()));
         assert!(bvh.depth <= MAX_DEPTH);
         bvh
