@@ -4,7 +4,7 @@ use std::time::Instant;
 
 use glam::Vec3;
 
-use crate::bvh::{BuildQuality, Bvh, MAX_PRIMITIVES, PrimKind};
+use crate::bvh::{BuildQuality, Bvh, MAX_PRIMITIVES, PrimKind, Watch};
 use crate::error::BuildError;
 use crate::geometry::{Aabb, Mesh, Quads, Spheres};
 use crate::scene::source::{Parts, Source};
@@ -79,6 +79,14 @@ impl SceneBuilder {
     /// [`BuildError`] names the geometry, the primitive and what would be right. Triangles without
     /// area or with corners that are not finite are no error; see [`Scene::dropped`].
     pub fn build(self) -> Result<Scene, BuildError> {
+        self.build_watched(&Watch::new())
+    }
+
+    /// As [`SceneBuilder::build`], and tells `watch` how far it is.
+    ///
+    /// # Errors
+    /// As [`SceneBuilder::build`]; [`BuildError::Cancelled`] if `watch` ended it.
+    pub fn build_watched(self, watch: &Watch<'_>) -> Result<Scene, BuildError> {
         let Self { geometries: sources, mut materials, lights, quality } = self;
         if materials.is_empty() {
             materials.push(Material::default());
@@ -111,7 +119,8 @@ impl SceneBuilder {
         let start = Instant::now();
         let parts = Parts { sources: &sources, first_ids: &first_ids };
         let (primitives, dropped) = parts.primitives(count as usize);
-        let bvh = Bvh::build(primitives, count as usize, &parts, quality);
+        let bvh = Bvh::build(primitives, count as usize, &parts, quality, watch);
+        let bvh = bvh.map_err(|_| BuildError::Cancelled)?;
         let build_seconds = start.elapsed().as_secs_f64();
         let geometries = sources
             .into_iter()
