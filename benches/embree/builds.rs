@@ -3,9 +3,9 @@
 
 use std::time::Duration;
 
+use octray::Scene;
 use octray::bvh::BuildQuality;
 use octray::workload::{Model, Viewpoint};
-use octray::Scene;
 
 use crate::clock::Clock;
 use crate::contender::{Answers, Contender, Octray};
