@@ -20,6 +20,7 @@ use super::node::MAX_LEAF;
 use super::plan::{self, Costs};
 use super::primitive::BuildPrimitive;
 use super::quality::BuildQuality;
+use super::reinsert;
 use super::watch::{Cancelled, Watch};
 use crate::geometry::Aabb;
 
@@ -86,6 +87,9 @@ pub(super) fn build(
     let (mut tree, _) = builder.crown(bunch);
     watch.check()?;
     tree.link();
+    if quality == BuildQuality::High {
+        reinsert::improve(&mut tree, primitives, area_scale, watch)?;
+    }
     Ok((tree, bounds))
 }
 

@@ -18,6 +18,7 @@ mod node;
 mod plan;
 mod primitive;
 mod quality;
+mod reinsert;
 mod stats;
 #[cfg(test)]
 mod tests;

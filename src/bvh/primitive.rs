@@ -25,6 +25,10 @@ impl SignedBox {
         Self::join(point, -point)
     }
 
+    pub(super) fn of_aabb(bounds: &Aabb) -> Self {
+        Self::join(bounds.min.extend(0.0), (-bounds.max).extend(0.0))
+    }
+
     /// The smallest box around both.
     #[inline(always)]
     pub(super) fn union(self, other: Self) -> Self {
