@@ -24,7 +24,10 @@ def test_a_scene_tells_what_it_is(mesh, scene):
 @pytest.mark.parametrize("build", ["fast", "balanced", "high"])
 def test_every_build_answers_the_same(mesh, scene, build):
     rays = random_rays(2_000)
-    for other in (octray.Scene.from_mesh(*mesh, build=build), octray.Scene([octray.Mesh(*mesh)], build=build)):
+    for other in (
+        octray.Scene.from_mesh(*mesh, build=build),
+        octray.Scene([octray.Mesh(*mesh)], build=build),
+    ):
         np.testing.assert_array_equal(other.intersect(*rays).t, scene.intersect(*rays).t)
 
 

@@ -1,6 +1,6 @@
-//! Which binary nodes become nodes of eight: the cheapest choice by the
-//! surface area heuristic, found by dynamic programming (Ylitie, Karras, Laine 2017, "Efficient
-//! incoherent ray traversal on GPUs through compressed wide BVHs").
+//! Which binary nodes become nodes of eight: the cheapest choice by the surface area heuristic,
+//! found by dynamic programming (Ylitie, Karras, Laine 2017, "Efficient incoherent ray traversal on
+//! GPUs through compressed wide BVHs").
 //!
 //! For each binary node: the cost of what is below it as a forest of at most 1, 2, .. 7 subtrees.
 //! A forest of one is a leaf, or a node of eight whose children are a forest of eight; a forest of
