@@ -1,7 +1,9 @@
-//! How many primitives a second the tree is built of, for each made scene.
+//! How many primitives a second the tree is built of, for each made scene and
+//! quality of tree.
 
 use criterion::{BatchSize, Criterion, Throughput, criterion_group, criterion_main};
 use octray::workload::{Model, scenes};
+use octray::{BuildQuality, SceneBuilder};
 
 fn build(criterion: &mut Criterion) {
     // `cargo bench -- --test` runs everything once: small scenes are enough then.
@@ -9,15 +11,17 @@ fn build(criterion: &mut Criterion) {
     let mut group = criterion.benchmark_group("build");
     group.sample_size(10);
     for model in models(primitives) {
-        check(&model);
         group.throughput(Throughput::Elements(model.primitive_count() as u64));
-        group.bench_function(&model.name, |bencher| {
-            bencher.iter_batched(
-                || model.clone(),
-                |model| model.scene().expect("the made scenes are valid"),
-                BatchSize::LargeInput,
-            );
-        });
+        for quality in BuildQuality::ALL {
+            check(&model, quality);
+            group.bench_function(format!("{}/{quality}", model.name), |bencher| {
+                bencher.iter_batched(
+                    || builder(&model, quality),
+                    |builder| builder.build().expect("the made scenes are valid"),
+                    BatchSize::LargeInput,
+                );
+            });
+        }
     }
     group.finish();
 }
@@ -31,9 +35,15 @@ fn models(primitives: usize) -> [Model; 4] {
     ]
 }
 
+fn builder(model: &Model, quality: BuildQuality) -> SceneBuilder {
+    let mut builder = model.builder();
+    builder.set_quality(quality);
+    builder
+}
+
 /// The tree must hold what the model has, inside its boxes.
-fn check(model: &Model) {
-    let scene = model.scene().expect("the made scenes are valid");
+fn check(model: &Model, quality: BuildQuality) {
+    let scene = builder(model, quality).build().expect("the made scenes are valid");
     scene.bvh().validate().expect("the tree is sound");
     assert_eq!(scene.bvh().stats().primitives, model.primitive_count(), "{}", model.name);
 }

@@ -2,7 +2,7 @@
 
 from collections.abc import Callable, Iterable
 from os import PathLike
-from typing import Any, final
+from typing import Any, Literal, TypeAlias, final
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -19,6 +19,8 @@ __all__ = [
 ]
 
 __version__: str
+
+_Build: TypeAlias = Literal["fast", "balanced", "high"]
 
 def instruction_sets() -> dict[str, list[str]]:
     """The vector instruction sets that this build uses (`build`), and the CPU has (`cpu`)."""
@@ -151,17 +153,30 @@ class Scene:
     """Geometry that rays can be traced against.
 
     Immutable: any number of Python threads may use it. ``geom_id`` counts the geometries from 0.
+    ``build`` says how much work goes into the tree; the answers are the same.
     """
 
-    def __new__(cls, geometries: Iterable[Mesh | Spheres | Quads]) -> Scene: ...
+    def __new__(
+        cls, geometries: Iterable[Mesh | Spheres | Quads], *, build: _Build = "balanced"
+    ) -> Scene: ...
     @staticmethod
-    def from_mesh(vertices: ArrayLike, faces: ArrayLike | None = None) -> Scene:
+    def from_mesh(
+        vertices: ArrayLike, faces: ArrayLike | None = None, *, build: _Build = "balanced"
+    ) -> Scene:
         """The scene of one mesh: see `Mesh`."""
     @staticmethod
-    def from_spheres(centers: ArrayLike, radii: ArrayLike) -> Scene:
+    def from_spheres(
+        centers: ArrayLike, radii: ArrayLike, *, build: _Build = "balanced"
+    ) -> Scene:
         """The scene of these spheres: see `Spheres`."""
     @staticmethod
-    def from_quads(corners: ArrayLike, edges_u: ArrayLike, edges_v: ArrayLike) -> Scene:
+    def from_quads(
+        corners: ArrayLike,
+        edges_u: ArrayLike,
+        edges_v: ArrayLike,
+        *,
+        build: _Build = "balanced",
+    ) -> Scene:
         """The scene of these parallelograms: see `Quads`."""
     def intersect(
         self,

@@ -111,4 +111,7 @@ pub enum BuildError {
         /// How many fit.
         max: u64,
     },
+    /// Whoever watched the build ended it.
+    #[error("the build was cancelled")]
+    Cancelled,
 }

@@ -88,6 +88,7 @@ pub mod simd;
 pub mod traverse;
 pub mod workload;
 
+pub use bvh::BuildQuality;
 pub use error::{BuildError, ShapeError};
 pub use geometry::{Aabb, Mesh, Quads, Spheres};
 pub use glam;

@@ -7,7 +7,11 @@ use glam::Vec3;
 use made::closed::scene_of;
 use made::shapes::Shape;
 use made::{CHAOS_KINDS, RAY_KINDS, Random, Shapes, chaos, rays, run};
-use octray::bvh::{BuildPrimitive, Bvh, MAX_DEPTH, PrimKind, PrimitiveSource};
+use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
+
+use octray::bvh::{
+    BuildPrimitive, BuildProgress, BuildQuality, Bvh, MAX_DEPTH, PrimKind, PrimitiveSource, Watch,
+};
 use octray::{BuildError, Hit, HitBatch, Mesh, Quads, Ray, RayBatch, Scene, SceneBuilder, Spheres};
 
 /// The rays of the batch hit what the reference says, on the single and the batch path.
@@ -298,9 +302,12 @@ fn nested_boxes_keep_the_depth_bounded() {
             BuildPrimitive::new(bounds, PrimKind::Triangle, i)
         })
         .collect();
-    let bvh = Bvh::build(primitives, 20_000, &Nested);
-    bvh.validate().unwrap();
-    assert!(bvh.depth <= MAX_DEPTH);
+    for quality in BuildQuality::ALL {
+        let primitives = Vec::clone(&primitives);
+        let bvh = Bvh::build(primitives, 20_000, &Nested, quality, &Watch::new()).unwrap();
+        bvh.validate().unwrap();
+        assert!(bvh.depth <= MAX_DEPTH);
+    }
 }
 
 /// One tree for every number of threads, bit for bit.
@@ -309,16 +316,55 @@ fn the_tree_does_not_depend_on_threads() {
     let mut random = Random::new(46, 0);
     for kind in 0..CHAOS_KINDS {
         let shapes = chaos(&mut random, kind, 6000);
-        let build = |threads| {
-            let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
-            pool.install(|| shapes.build())
+        for quality in BuildQuality::ALL {
+            let build = |threads| {
+                let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+                pool.install(|| shapes.build_with(quality))
+            };
+            let one = build(1);
+            one.bvh().validate().unwrap();
+            for threads in [2, 3, 8] {
+                let other = build(threads);
+                let text = |scene: &Scene| format!("{:?}", scene.bvh());
+                assert!(text(&one) == text(&other), "{threads} threads built another tree");
+            }
+        }
+    }
+}
+
+/// Progress ends at its end; a cancelled build says so and leaves nothing half done.
+#[test]
+fn a_build_is_watched_and_cancelled() {
+    let shapes = chaos(&mut Random::new(47, 0), 0, 30_000);
+    for quality in BuildQuality::ALL {
+        let (calls, most) = (AtomicUsize::new(0), AtomicUsize::new(0));
+        let cancel = AtomicBool::new(false);
+        let tell = |progress: &BuildProgress| {
+            assert!(progress.done <= progress.steps, "{progress:?}");
+            calls.fetch_add(1, Ordering::Relaxed);
+            most.fetch_max(progress.done, Ordering::Relaxed);
         };
-        let one = build(1);
-        one.bvh().validate().unwrap();
-        for threads in [2, 3, 8] {
-            let other = build(threads);
-            let text = |scene: &Scene| format!("{:?}", scene.bvh());
-            assert!(text(&one) == text(&other), "{threads} threads built another tree");
+        let watch = Watch::new().on_progress(&tell).cancel(&cancel);
+        let build = |watch: &Watch<'_>| {
+            let mut builder = shapes.builder();
+            builder.set_quality(quality);
+            builder.build_watched(watch)
+        };
+        let scene = build(&watch).unwrap();
+        assert_eq!(most.into_inner(), 2 * scene.bvh().stats().primitives);
+        let whole = calls.into_inner();
+        assert!(whole > 8, "{whole} calls");
+
+        // From the start, and from each call on.
+        for last in 0..=whole {
+            let (calls, cancel) = (AtomicUsize::new(0), AtomicBool::new(last == 0));
+            let tell = |_: &BuildProgress| {
+                if calls.fetch_add(1, Ordering::Relaxed) + 1 == last {
+                    cancel.store(true, Ordering::Relaxed);
+                }
+            };
+            let found = build(&Watch::new().on_progress(&tell).cancel(&cancel));
+            assert_eq!(found.err(), Some(BuildError::Cancelled), "after call {last} of {whole}");
         }
     }
 }

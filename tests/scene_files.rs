@@ -179,6 +179,11 @@ fn what_is_wrong_in_a_scene_has_a_place_and_a_mend() {
         ),
         (
             "width = 64",
+            "build = \"slow\"",
+            "5:9: unknown value `slow`, expected one of `fast`, `balanced`, `high`",
+        ),
+        (
+            "width = 64",
             "shading = \"flat2\"",
             "5:11: unknown value `flat2`, expected `phong` or `flat`; did you mean `flat`?",
         ),

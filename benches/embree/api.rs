@@ -25,6 +25,7 @@ pub(crate) const FORMAT_UINT4: c_int = 0x5004;
 pub(crate) const FORMAT_FLOAT3: c_int = 0x9003;
 pub(crate) const FORMAT_FLOAT4: c_int = 0x9004;
 
+pub(crate) const QUALITY_LOW: c_int = 0;
 pub(crate) const QUALITY_MEDIUM: c_int = 1;
 pub(crate) const QUALITY_HIGH: c_int = 2;
 
@@ -155,6 +156,9 @@ impl Arguments {
     }
 }
 
+/// Is told how many bytes come or, as a negative number, go; must answer true.
+pub(crate) type MemoryMonitor = unsafe extern "C" fn(*mut c_void, isize, bool) -> bool;
+
 pub(crate) type Single<T> = unsafe extern "C" fn(Handle, *mut T, *mut Arguments);
 pub(crate) type Wide<T> = unsafe extern "C" fn(*const c_int, Handle, *mut T, *mut Arguments);
 
@@ -191,6 +195,8 @@ functions! {
     release_device = b"rtcReleaseDevice\0": unsafe extern "C" fn(Handle),
     device_property = b"rtcGetDeviceProperty\0": unsafe extern "C" fn(Handle, c_int) -> isize,
     device_error = b"rtcGetDeviceError\0": unsafe extern "C" fn(Handle) -> c_int,
+    memory_monitor = b"rtcSetDeviceMemoryMonitorFunction\0":
+        unsafe extern "C" fn(Handle, MemoryMonitor, *mut c_void),
     new_geometry = b"rtcNewGeometry\0": unsafe extern "C" fn(Handle, c_int) -> Handle,
     geometry_quality = b"rtcSetGeometryBuildQuality\0": unsafe extern "C" fn(Handle, c_int),
     new_buffer = b"rtcSetNewGeometryBuffer\0":

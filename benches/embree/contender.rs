@@ -5,7 +5,7 @@ use octray::workload::{Query, ShadowPoints, Workload};
 use octray::{HitBatch, LightShape, Points, RayBatch, SampleArrays, Scene};
 
 /// The results of a workload.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, PartialEq)]
 pub(crate) enum Answers {
     Hits(HitBatch),
     Occluded(Vec<bool>),

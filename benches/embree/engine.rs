@@ -2,34 +2,58 @@
 
 #![allow(unsafe_code)]
 
-use std::ffi::{c_int, c_uint};
-use std::time::{Duration, Instant};
+use std::ffi::{CString, c_int, c_uint, c_void};
+use std::sync::atomic::{AtomicIsize, Ordering};
+use std::time::Duration;
 
 use octray::workload::{Model, Part};
 
 use crate::api::{self, Api, Handle};
+use crate::clock::Clock;
+
+/// Embree's qualities of tree.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Quality {
+    Low = api::QUALITY_LOW as isize,
+    Medium = api::QUALITY_MEDIUM as isize,
+    High = api::QUALITY_HIGH as isize,
+}
+
+impl Quality {
+    pub(crate) const ALL: [Self; 3] = [Self::Low, Self::Medium, Self::High];
+
+    pub(crate) fn name(self) -> &'static str {
+        match self {
+            Self::Low => "low",
+            Self::Medium => "medium",
+            Self::High => "high",
+        }
+    }
+}
 
 /// How a scene is built.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct BuildMode {
     pub(crate) robust: bool,
-    pub(crate) high_quality: bool,
+    pub(crate) quality: Quality,
 }
 
 impl BuildMode {
     pub(crate) const ALL: [Self; 4] = [
-        Self { robust: false, high_quality: false },
-        Self { robust: false, high_quality: true },
-        Self { robust: true, high_quality: false },
-        Self { robust: true, high_quality: true },
+        Self { robust: false, quality: Quality::Medium },
+        Self { robust: false, quality: Quality::High },
+        Self { robust: true, quality: Quality::Medium },
+        Self { robust: true, quality: Quality::High },
     ];
 
     pub(crate) fn name(self) -> &'static str {
-        match (self.robust, self.high_quality) {
-            (false, false) => "fast medium",
-            (false, true) => "fast high",
-            (true, false) => "robust medium",
-            (true, true) => "robust high",
+        match (self.robust, self.quality) {
+            (false, Quality::Low) => "fast low",
+            (false, Quality::Medium) => "fast medium",
+            (false, Quality::High) => "fast high",
+            (true, Quality::Low) => "robust low",
+            (true, Quality::Medium) => "robust medium",
+            (true, Quality::High) => "robust high",
         }
     }
 }
@@ -38,20 +62,38 @@ impl BuildMode {
 pub(crate) struct Device {
     pub(crate) api: Api,
     handle: Handle,
+    bytes: Box<AtomicIsize>,
+}
+
+/// Counts memory. `bytes` is the device's counter.
+unsafe extern "C" fn monitor(bytes: *mut c_void, more: isize, _: bool) -> bool {
+    // SAFETY: the device's counter outlives the device.
+    let bytes = unsafe { &*bytes.cast::<AtomicIsize>() };
+    bytes.fetch_add(more, Ordering::Relaxed);
+    true
 }
 
 // SAFETY: Embree's devices may be used by several threads.
 unsafe impl Sync for Device {}
 
 impl Device {
-    pub(crate) fn new(api: Api) -> Result<Self, String> {
-        // SAFETY: a null configuration asks for the defaults.
-        let handle = unsafe { (api.new_device)(std::ptr::null()) };
+    /// A device that builds on so many threads; 0 for all.
+    pub(crate) fn new(api: Api, threads: usize) -> Result<Self, String> {
+        let configuration = CString::new(format!("threads={threads}")).expect("no zero in it");
+        // SAFETY: the string lives through the call.
+        let handle = unsafe { (api.new_device)(configuration.as_ptr()) };
         if handle.is_null() {
-            Err("Embree makes no device here".into())
-        } else {
-            Ok(Self { api, handle })
+            return Err("Embree makes no device here".into());
         }
+        let bytes = Box::<AtomicIsize>::default();
+        // SAFETY: the box is dropped after the device is released.
+        unsafe { (api.memory_monitor)(handle, monitor, (&raw const *bytes).cast_mut().cast()) };
+        Ok(Self { api, handle, bytes })
+    }
+
+    /// How much memory Embree has for this device's scenes.
+    fn bytes(&self) -> isize {
+        self.bytes.load(Ordering::Relaxed)
     }
 
     fn property(&self, property: c_int) -> isize {
@@ -90,6 +132,8 @@ pub(crate) struct EmbreeScene<'a> {
     pub(crate) handle: Handle,
     pub(crate) mode: BuildMode,
     pub(crate) build_time: Duration,
+    /// What the build took and kept, beside the geometry's buffers.
+    pub(crate) tree_bytes: isize,
 }
 
 // SAFETY: a committed scene may be traced by several threads.
@@ -100,11 +144,12 @@ impl<'a> EmbreeScene<'a> {
         device: &'a Device,
         model: &Model,
         mode: BuildMode,
+        clock: Clock,
     ) -> Result<Self, String> {
         let api = &device.api;
-        let quality = if mode.high_quality { api::QUALITY_HIGH } else { api::QUALITY_MEDIUM };
+        let quality = mode.quality as c_int;
         // SAFETY: the handles are those that Embree just made, in the order of its documentation.
-        let (handle, build_time) = unsafe {
+        let (handle, build_time, tree_bytes) = unsafe {
             let scene = (api.new_scene)(device.handle);
             (api.scene_flags)(scene, if mode.robust { api::SCENE_ROBUST } else { 0 });
             (api.scene_quality)(scene, quality);
@@ -115,11 +160,12 @@ impl<'a> EmbreeScene<'a> {
                 (api.attach)(scene, geometry, id as c_uint);
                 (api.release_geometry)(geometry);
             }
-            let start = Instant::now();
+            let bytes = device.bytes();
+            let running = clock.start();
             (api.commit_scene)(scene);
-            (scene, start.elapsed())
+            (scene, Duration::from_secs_f64(running.seconds()), device.bytes() - bytes)
         };
-        let scene = Self { device, handle, mode, build_time };
+        let scene = Self { device, handle, mode, build_time, tree_bytes };
         // SAFETY: the device is alive.
         match unsafe { (api.device_error)(device.handle) } {
             0 => Ok(scene),

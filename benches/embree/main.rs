@@ -12,6 +12,7 @@
 
 mod agreement;
 mod api;
+mod builds;
 mod calls;
 mod clock;
 mod contender;
@@ -42,7 +43,7 @@ fn main() -> ExitCode {
     let device = if options.octray_only {
         None
     } else {
-        match library::load().and_then(|(api, path)| Ok((Device::new(api)?, path))) {
+        match library::load().and_then(|(api, path)| Ok((Device::new(api, 0)?, path))) {
             Ok((device, path)) => {
                 eprintln!(
                     "Embree {} from {}, packets of {}",
@@ -69,6 +70,9 @@ fn main() -> ExitCode {
 }
 
 fn run(options: &Options, device: Option<&Device>) -> Result<(), String> {
+    if options.builds {
+        return models::wanted(options).try_for_each(|model| builds::measure(options, &model?));
+    }
     let mut pools = Vec::new();
     for &threads in &options.threads {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build();
@@ -105,7 +109,7 @@ fn measure_model(
     let embree = match device {
         None => Vec::new(),
         Some(device) => modes
-            .map(|mode| EmbreeScene::build(device, model, mode))
+            .map(|mode| EmbreeScene::build(device, model, mode, Clock::Wall))
             .collect::<Result<Vec<_>, _>>()?,
     };
     report.model(model, build_time, &embree);

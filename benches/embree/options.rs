@@ -43,6 +43,10 @@ pub(crate) struct Options {
     /// Only Embree's fast scene of medium quality: starts sooner.
     #[arg(long)]
     pub(crate) one_build: bool,
+    /// In place of the races of rays: how fast trees are built, by the fastest, the usual and the
+    /// best build of each engine, and how fast octray traces its own.
+    #[arg(long)]
+    pub(crate) builds: bool,
     /// Time one thread by the CPU that it gets and not by the wall: for machines that others use
     /// too. Not for figures that are shown to anybody.
     #[arg(long)]

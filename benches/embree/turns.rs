@@ -266,7 +266,7 @@ fn finalists(calls: &[Qualified]) -> Vec<Qualified> {
     finalists
 }
 
-fn median(values: &[f64]) -> f64 {
+pub(crate) fn median(values: &[f64]) -> f64 {
     let mut sorted = values.to_vec();
     sorted.sort_by(f64::total_cmp);
     match sorted.len() {

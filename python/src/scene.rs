@@ -14,6 +14,8 @@ use crate::trace::Batch;
 /// Geometry that rays can be traced against. Immutable; any number of Python threads may use it.
 ///
 /// `geometries` is an iterable of `Mesh`, `Spheres` and `Quads`; `geom_id` counts them from 0.
+/// `build` says how much work goes into the tree, 'fast', 'balanced' or 'high'; the answers are
+/// the same.
 #[pyclass(frozen, module = "octray")]
 pub(crate) struct Scene {
     scene: octray::Scene,
@@ -26,8 +28,11 @@ impl Scene {
         &self.scene
     }
 
-    fn build(py: Python<'_>, geometries: Vec<Geometry>) -> PyResult<Self> {
+    fn build(py: Python<'_>, geometries: Vec<Geometry>, build: &str) -> PyResult<Self> {
+        let quality = build.parse::<octray::BuildQuality>();
+        let quality = quality.map_err(|error| PyValueError::new_err(error.to_string()))?;
         let mut scene = octray::SceneBuilder::new();
+        scene.set_quality(quality);
         for geometry in &geometries {
             geometry.add_to(py, &mut scene)?;
         }
@@ -45,40 +50,51 @@ impl Scene {
 #[pymethods]
 impl Scene {
     #[new]
-    #[pyo3(signature = (geometries))]
-    fn new(geometries: &Bound<'_, PyAny>) -> PyResult<Self> {
+    #[pyo3(signature = (geometries, *, build="balanced"))]
+    fn new(geometries: &Bound<'_, PyAny>, build: &str) -> PyResult<Self> {
         let items = geometries.try_iter()?;
         let read = items.map(|item| Geometry::read(&item?)).collect::<PyResult<_>>()?;
-        Self::build(geometries.py(), read)
+        Self::build(geometries.py(), read, build)
     }
 
     /// The scene of one mesh: see `Mesh`.
     #[staticmethod]
-    #[pyo3(signature = (vertices, faces=None))]
-    fn from_mesh(vertices: &Bound<'_, PyAny>, faces: Option<&Bound<'_, PyAny>>) -> PyResult<Self> {
+    #[pyo3(signature = (vertices, faces=None, *, build="balanced"))]
+    fn from_mesh(
+        vertices: &Bound<'_, PyAny>,
+        faces: Option<&Bound<'_, PyAny>>,
+        build: &str,
+    ) -> PyResult<Self> {
         let py = vertices.py();
         let mesh = Mesh::new(vertices, faces)?;
-        Self::build(py, vec![Geometry::Mesh(Py::new(py, mesh)?)])
+        Self::build(py, vec![Geometry::Mesh(Py::new(py, mesh)?)], build)
     }
 
     /// The scene of these spheres: see `Spheres`.
     #[staticmethod]
-    fn from_spheres(centers: &Bound<'_, PyAny>, radii: &Bound<'_, PyAny>) -> PyResult<Self> {
+    #[pyo3(signature = (centers, radii, *, build="balanced"))]
+    fn from_spheres(
+        centers: &Bound<'_, PyAny>,
+        radii: &Bound<'_, PyAny>,
+        build: &str,
+    ) -> PyResult<Self> {
         let py = centers.py();
         let spheres = Spheres::new(centers, radii)?;
-        Self::build(py, vec![Geometry::Spheres(Py::new(py, spheres)?)])
+        Self::build(py, vec![Geometry::Spheres(Py::new(py, spheres)?)], build)
     }
 
     /// The scene of these parallelograms: see `Quads`.
     #[staticmethod]
+    #[pyo3(signature = (corners, edges_u, edges_v, *, build="balanced"))]
     fn from_quads(
         corners: &Bound<'_, PyAny>,
         edges_u: &Bound<'_, PyAny>,
         edges_v: &Bound<'_, PyAny>,
+        build: &str,
     ) -> PyResult<Self> {
         let py = corners.py();
         let quads = Quads::new(corners, edges_u, edges_v)?;
-        Self::build(py, vec![Geometry::Quads(Py::new(py, quads)?)])
+        Self::build(py, vec![Geometry::Quads(Py::new(py, quads)?)], build)
     }
 
     /// The closest hit of each ray, the points origin + t * direction with t_min <= t <= t_max.

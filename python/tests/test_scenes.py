@@ -21,6 +21,21 @@ def test_a_scene_tells_what_it_is(mesh, scene):
     assert octray.__version__.count(".") == 2
 
 
+@pytest.mark.parametrize("build", ["fast", "balanced", "high"])
+def test_every_build_answers_the_same(mesh, scene, build):
+    rays = random_rays(2_000)
+    for other in (
+        octray.Scene.from_mesh(*mesh, build=build),
+        octray.Scene([octray.Mesh(*mesh)], build=build),
+    ):
+        np.testing.assert_array_equal(other.intersect(*rays).t, scene.intersect(*rays).t)
+
+
+def test_an_unknown_build_is_refused(mesh):
+    with pytest.raises(ValueError, match="`slow` is no build: give fast, balanced or high"):
+        octray.Scene.from_mesh(*mesh, build="slow")
+
+
 @pytest.mark.parametrize("dtype", [np.int32, np.uint32, np.int64, np.uint64, np.uint16])
 def test_faces_may_be_any_integers(mesh, scene, dtype):
     vertices, faces = mesh

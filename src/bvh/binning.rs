@@ -5,13 +5,21 @@
 
 use glam::Vec4;
 
-use super::primitive::{BuildPrimitive, SignedBox};
-
-/// The most bins of an axis.
-pub(super) const MAX_BINS: usize = 16;
+use super::primitive::SignedBox;
+use crate::simd::F32x8;
 
 /// Added to a float from 0 to `2^22`, this leaves the float's nearest integer in the low bits.
-const INTEGER: f32 = 8_388_608.0;
+pub(super) const INTEGER: f32 = 8_388_608.0;
+
+/// What can be binned: a primitive, or some together.
+pub(super) trait Binned: Copy + Send + Sync {
+    /// The box around it.
+    fn signed_box(&self) -> SignedBox;
+    /// Where it is.
+    fn center(&self) -> Vec4;
+    /// How many primitives it stands for.
+    fn weight(&self) -> u32;
+}
 
 /// The boxes around a range's primitives and around their centres.
 #[derive(Clone, Copy, Debug)]
@@ -25,7 +33,7 @@ impl Range {
         Self { bounds: SignedBox::empty(), centers: SignedBox::empty() }
     }
 
-    pub(super) fn of(primitives: &[BuildPrimitive]) -> Self {
+    pub(super) fn of(primitives: &[impl Binned]) -> Self {
         primitives.iter().fold(Self::empty(), |all, one| Self {
             bounds: all.bounds.union(one.signed_box()),
             centers: all.centers.union(SignedBox::of_point(one.center())),
@@ -63,24 +71,23 @@ impl Grid {
     }
 }
 
-/// What lies in each bin.
+/// What lies in each of `N` bins, a power of two: few are quickly searched.
 #[derive(Clone)]
-pub(super) struct Bins {
-    boxes: [[SignedBox; MAX_BINS]; 3],
-    counts: [[u32; MAX_BINS]; 3],
+pub(super) struct Bins<const N: usize> {
+    boxes: [[SignedBox; N]; 3],
+    counts: [[u32; N]; 3],
 }
 
-impl Bins {
+impl<const N: usize> Bins<N> {
     #[inline(always)]
-    pub(super) fn of(primitives: &[BuildPrimitive], grid: &Grid) -> Self {
-        let mut bins =
-            Self { boxes: [[SignedBox::empty(); MAX_BINS]; 3], counts: [[0; MAX_BINS]; 3] };
+    pub(super) fn of(primitives: &[impl Binned], grid: &Grid) -> Self {
+        let mut bins = Self { boxes: [[SignedBox::empty(); N]; 3], counts: [[0; N]; 3] };
         for one in primitives {
             let place = grid.place(one.center()).to_array();
             for (axis, place) in place.into_iter().take(3).enumerate() {
-                let bin = place.to_bits() as usize % MAX_BINS;
+                let bin = place.to_bits() as usize % N;
                 bins.boxes[axis][bin] = bins.boxes[axis][bin].union(one.signed_box());
-                bins.counts[axis][bin] += 1;
+                bins.counts[axis][bin] += one.weight();
             }
         }
         bins
@@ -88,7 +95,7 @@ impl Bins {
 
     pub(super) fn merged(mut self, other: Self) -> Self {
         for axis in 0..3 {
-            for bin in 0..MAX_BINS {
+            for bin in 0..N {
                 self.boxes[axis][bin] = self.boxes[axis][bin].union(other.boxes[axis][bin]);
                 self.counts[axis][bin] += other.counts[axis][bin];
             }
@@ -99,35 +106,40 @@ impl Bins {
     /// The split with the smallest `area * count` of both sides; `None` if one bin has them all.
     #[inline(always)]
     pub(super) fn cheapest_split(&self, grid: &Grid, area_scale: f32) -> Option<Split> {
-        let mut best = None;
+        let mut best = (0, 0);
         let mut best_cost = f32::INFINITY;
+        let mut best_left = SignedBox::empty();
+        let mut best_right = SignedBox::empty();
         for axis in 0..3 {
             let (boxes, counts) = (&self.boxes[axis], &self.counts[axis]);
-            let mut rights = [(SignedBox::empty(), 0.0); MAX_BINS];
+            let (mut rights, mut right_costs) = ([SignedBox::empty(); N], [0.0; N]);
             let (mut right, mut right_count) = (SignedBox::empty(), 0);
-            for bin in (1..grid.bins).rev() {
+            for bin in (1..N).rev() {
                 right = right.union(boxes[bin]);
                 right_count += counts[bin];
                 let cost = right.half_area(area_scale) * right_count as f32;
+                rights[bin] = right;
                 // A side without primitives is no split.
-                rights[bin] = (right, if right_count == 0 { f32::INFINITY } else { cost });
+                right_costs[bin] = if right_count == 0 { f32::INFINITY } else { cost };
             }
             let (mut left, mut left_count) = (SignedBox::empty(), 0);
-            for bin in 1..grid.bins {
+            for bin in 1..N {
                 left = left.union(boxes[bin - 1]);
                 left_count += counts[bin - 1];
-                let (right, right_cost) = rights[bin];
-                let cost = left.half_area(area_scale) * left_count as f32 + right_cost;
+                let cost = left.half_area(area_scale) * left_count as f32 + right_costs[bin];
                 if cost < best_cost && left_count > 0 {
                     best_cost = cost;
-                    best = Some((axis, bin, left, right));
+                    best = (axis, bin);
+                    (best_left, best_right) = (left, rights[bin]);
                 }
             }
         }
-        let (axis, bin, left, right) = best?;
+        if best_cost == f32::INFINITY {
+            return None;
+        }
         let mut limit = [0.0; 4];
-        limit[axis] = INTEGER + bin as f32;
-        Some(Split { grid: *grid, limit: limit.into(), bounds: [left, right] })
+        limit[best.0] = INTEGER + best.1 as f32;
+        Some(Split { grid: *grid, limit: limit.into(), bounds: [best_left, best_right] })
     }
 }
 
@@ -148,15 +160,19 @@ impl Split {
 
     /// Moves what is left of the plane to the front. The size and the boxes of both sides.
     #[inline(always)]
-    pub(super) fn partition(&self, primitives: &mut [BuildPrimitive]) -> (usize, [Range; 2]) {
+    pub(super) fn partition(&self, primitives: &mut [impl Binned]) -> (usize, [Range; 2]) {
         let mut left = 0;
         let mut centers = [SignedBox::empty(); 2];
+        // Both sides' boxes stay in registers: a centre that is of the other side is moved away.
+        let (stay, away) = (F32x8::splat(0.0), F32x8::splat(f32::INFINITY));
+        let offsets = [[away, stay], [stay, away]];
         for place in 0..primitives.len() {
             let one = primitives[place];
             let center = one.center();
             let is_left = self.is_left(center);
-            let side = &mut centers[usize::from(!is_left)];
-            *side = side.union(SignedBox::of_point(center));
+            let (point, offsets) = (SignedBox::of_point(center), &offsets[usize::from(is_left)]);
+            centers[0] = centers[0].union(point.plus(offsets[0]));
+            centers[1] = centers[1].union(point.plus(offsets[1]));
             // What stands at `left` is of the right side, so it may always change places: without a
             // branch, which would be mispredicted half of the time.
             primitives[place] = primitives[left];

@@ -1,19 +1,27 @@
 //! A binary tree over boxes by the surface area heuristic, and the plan of the tree of eight.
 //!
-//! The builder sees boxes, kinds and ids, never primitives. Splits partition one array in place, so
-//! the order of its entries afterwards is the order of the tree's leaves. The top of the tree is
-//! split by all threads; below [`TREELET`] primitives a *treelet* belongs to one thread. What is
-//! done follows from the counts alone: the tree is the same for every number of threads.
+//! The builder sees boxes, kinds and ids, never primitives. Primitives are sorted into the cells of
+//! a grid first (`clusters`), and the top of the tree is split by cells (`crown`); what follows
+//! partitions one array in place, so the order of its entries afterwards is the order of the tree's
+//! leaves. The top of the tree is split by all threads; below [`TREELET`] primitives a *treelet*
+//! belongs to one thread. What is done follows from the counts alone: the tree is the same for
+//! every number of threads.
 //!
 //! Invariants: every leaf holds primitives of one kind, at most [`MAX_LEAF`]; no way from the root
 //! is longer than [`MAX_DEPTH`] (after `SAH_DEPTH` splits, ranges are halved).
 
 use rayon::prelude::*;
 
-use super::binning::{Bins, Grid, MAX_BINS, Range, Split};
+use super::binary::{BinaryNode, BinaryTree};
+use super::binning::{Binned, Bins, Grid, Range, Split};
+use super::clusters;
+use super::crown::Bunch;
 use super::node::MAX_LEAF;
-use super::plan::{self, Costs, Plan};
+use super::plan::{self, Costs};
 use super::primitive::BuildPrimitive;
+use super::quality::BuildQuality;
+use super::reinsert;
+use super::watch::{Cancelled, Watch};
 use crate::geometry::Aabb;
 
 /// No way from the root to a leaf has more nodes: `SAH_DEPTH` splits by cost, then the 26 halvings
@@ -21,14 +29,13 @@ use crate::geometry::Aabb;
 pub const MAX_DEPTH: usize = SAH_DEPTH + 28;
 
 /// How many splits are chosen by cost on one way before ranges are halved.
-const SAH_DEPTH: usize = 48;
-
-/// Up to this many primitives of one kind are not split any further. Deciding at 8, before the plan
-/// does, builds a third faster and costs the rays a tenth of their speed.
-const SMALLEST_SPLIT: usize = 2;
+pub(super) const SAH_DEPTH: usize = 48;
 
 /// Below this count a range has half as many bins: the search of the bins is most of its time.
 const FEW: usize = 64;
+
+/// Below this count a quarter.
+const VERY_FEW: usize = 24;
 
 /// Up to this count a range is built by the thread that has it.
 pub(super) const TREELET: usize = 4096;
@@ -36,133 +43,118 @@ pub(super) const TREELET: usize = 4096;
 /// Larger ranges are binned and partitioned in chunks of this size.
 const CHUNK: usize = 16_384;
 
-/// A node of the binary tree.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct BinaryNode {
-    pub(super) bounds: Aabb,
-    /// The first primitive of its range.
-    pub(super) first: u32,
-    /// How many there are.
-    pub(super) count: u32,
-    /// How far on its second child is; the first comes right after the node. 0 in a leaf, and in
-    /// a node of the top that stands for a treelet, `first` is then the treelet's number.
-    second: u32,
-    pub(super) plan: Plan,
+/// What the qualities differ in.
+pub(super) struct Effort {
+    /// There is a cell for so many primitives, most of them empty where surfaces are.
+    pub(super) per_cell: usize,
+    /// Fewer clusters than this are split primitive by primitive,
+    pub(super) few_clusters: usize,
+    /// and so are clusters with no more primitives than this.
+    pub(super) few_primitives: usize,
 }
 
-/// The binary tree: its top, and the treelets that hang from it, in order.
-#[derive(Debug, Default)]
-pub(super) struct BinaryTree {
-    top: Vec<BinaryNode>,
-    treelets: Vec<Vec<BinaryNode>>,
-}
-
-/// A node of a [`BinaryTree`].
-#[derive(Clone, Copy)]
-pub(super) struct Cursor<'a> {
-    tree: &'a BinaryTree,
-    nodes: &'a [BinaryNode],
-    index: usize,
-}
-
-impl BinaryTree {
-    pub(super) fn root(&self) -> Cursor<'_> {
-        Cursor { tree: self, nodes: &self.top, index: 0 }.resolved()
-    }
-}
-
-impl<'a> Cursor<'a> {
-    #[inline(always)]
-    pub(super) fn node(&self) -> &'a BinaryNode {
-        &self.nodes[self.index]
-    }
-
-    /// Its two children. It must not be a leaf.
-    #[inline(always)]
-    pub(super) fn children(self) -> [Self; 2] {
-        let second = self.index + self.node().second as usize;
-        [self.index + 1, second].map(|index| Self { index, ..self }.resolved())
-    }
-
-    /// From a node of the top that stands for a treelet to the treelet's root.
-    #[inline(always)]
-    fn resolved(self) -> Self {
-        let node = self.node();
-        if std::ptr::eq(self.nodes, self.tree.top.as_slice()) && node.second == 0 {
-            Self { nodes: &self.tree.treelets[node.first as usize], index: 0, ..self }
-        } else {
-            self
+impl Effort {
+    fn of(quality: BuildQuality) -> Self {
+        match quality {
+            BuildQuality::Fast => Self { per_cell: 1, few_clusters: 2, few_primitives: 16 },
+            BuildQuality::Balanced | BuildQuality::High => {
+                Self { per_cell: 2, few_clusters: 8, few_primitives: 128 }
+            }
         }
     }
 }
 
 /// Sorts `primitives` into leaf order and returns the tree over them, and the box around them.
-pub(super) fn build(primitives: &mut [BuildPrimitive]) -> (BinaryTree, Aabb) {
+pub(super) fn build(
+    primitives: &mut [BuildPrimitive],
+    quality: BuildQuality,
+    watch: &Watch<'_>,
+) -> Result<(BinaryTree, Aabb), Cancelled> {
     if primitives.is_empty() {
-        return (BinaryTree::default(), Aabb::EMPTY);
+        return Ok((BinaryTree::default(), Aabb::EMPTY));
     }
     let range = primitives.par_chunks(CHUNK).map(Range::of).reduce(Range::empty, Range::union);
     let mixed = primitives.par_chunks(CHUNK).any(|chunk| !one_kind(chunk, primitives[0]));
     let bounds = range.bounds.aabb();
     let extent = bounds.min.abs().max(bounds.max.abs()).max_element();
-    let builder = Builder { area_scale: (1.0 / extent).min(f32::MAX), mixed };
-    let (mut tree, _) = builder.top(primitives, range, 0, 0);
-    let links = tree.top.iter_mut().filter(|node| node.second == 0);
-    links.zip(0..).for_each(|(link, treelet)| link.first = treelet);
-    (tree, bounds)
+    let area_scale = (1.0 / extent).min(f32::MAX);
+    let builder = Builder { effort: Effort::of(quality), area_scale, mixed, watch };
+    let (sorted, mut clusters) = clusters::sort(primitives, range, builder.effort.per_cell);
+    watch.check()?;
+    let range = clusters.par_chunks(CHUNK).map(Range::of).reduce(Range::empty, Range::union);
+    let (clusters, sorted) = (clusters.as_mut_slice(), sorted.as_slice());
+    let bunch = Bunch { sorted, clusters, primitives, first: 0, range, depth: 0 };
+    let (mut tree, _) = builder.crown(bunch);
+    watch.check()?;
+    tree.link();
+    if quality == BuildQuality::High {
+        reinsert::improve(&mut tree, primitives, area_scale, watch)?;
+    }
+    Ok((tree, bounds))
 }
 
 fn one_kind(primitives: &[BuildPrimitive], like: BuildPrimitive) -> bool {
     primitives.iter().all(|one| one.kind() == like.kind())
 }
 
-struct Builder {
+/// Splits ranges of primitives until they are leaves.
+pub(super) struct Builder<'a> {
+    pub(super) effort: Effort,
     /// What coordinates are multiplied by before areas are taken.
-    area_scale: f32,
+    pub(super) area_scale: f32,
     /// True if primitives are of several kinds.
-    mixed: bool,
+    pub(super) mixed: bool,
+    watch: &'a Watch<'a>,
 }
 
-impl Builder {
+impl Builder<'_> {
+    /// A tree of one treelet, whose nodes `fill` makes unless nobody waits for them any more.
+    pub(super) fn treelet(
+        &self,
+        root: BinaryNode,
+        fill: impl FnOnce(&mut Vec<BinaryNode>) -> Costs,
+    ) -> (BinaryTree, Costs) {
+        let count = root.count as usize;
+        let mut nodes = Vec::new();
+        let costs = if self.watch.is_cancelled() {
+            // The tree will be thrown away, so any will do.
+            nodes.push(root);
+            plan::leaf(0.0, count).0
+        } else {
+            nodes.reserve(count / 2);
+            fill(&mut nodes)
+        };
+        self.watch.add(count);
+        (BinaryTree::treelet(root, nodes, self.mixed), costs)
+    }
+
     /// Builds with all threads the tree over `primitives`, which start at `first`.
-    fn top(
+    pub(super) fn top(
         &self,
         primitives: &mut [BuildPrimitive],
         range: Range,
         first: usize,
         depth: usize,
     ) -> (BinaryTree, Costs) {
-        let count = primitives.len();
-        let root = BinaryNode {
-            bounds: range.bounds.aabb(),
-            first: first as u32,
-            count: count as u32,
-            second: 0,
-            plan: Plan::default(),
-        };
-        if count <= TREELET {
-            let mut nodes = Vec::with_capacity(count);
-            let costs = self.subtree(primitives, range, first, depth, &mut nodes);
-            return (BinaryTree { top: vec![root], treelets: vec![nodes] }, costs);
+        let root = BinaryNode::new(range.bounds, first, primitives.len());
+        if primitives.len() <= TREELET {
+            return self
+                .treelet(root, |nodes| self.subtree(primitives, range, first, depth, nodes));
         }
+        let area = range.bounds.half_area(self.area_scale);
         let (middle, [left_range, right_range]) =
             self.split(primitives, range, depth).expect("too many for a leaf");
         let (left, right) = primitives.split_at_mut(middle);
-        let ((left, left_costs), (right, right_costs)) = rayon::join(
+        let (left, right) = rayon::join(
             || self.top(left, left_range, first, depth + 1),
             || self.top(right, right_range, first + middle, depth + 1),
         );
-        let area = range.bounds.half_area(self.area_scale);
-        let (costs, plan) = plan::fork(area, None, &left_costs, &right_costs);
-        let mut top = vec![BinaryNode { second: 1 + left.top.len() as u32, plan, ..root }];
-        top.extend(left.top.into_iter().chain(right.top));
-        let mut treelets = left.treelets;
-        treelets.extend(right.treelets);
-        (BinaryTree { top, treelets }, costs)
+        let (costs, plan) = plan::fork(area, &left.1, &right.1);
+        (BinaryTree::fork(BinaryNode { plan, ..root }, left.0, right.0), costs)
     }
 
     /// Builds the tree over `primitives`, which start at `first`, at the end of `nodes`.
-    fn subtree(
+    pub(super) fn subtree(
         &self,
         primitives: &mut [BuildPrimitive],
         range: Range,
@@ -172,25 +164,17 @@ impl Builder {
     ) -> Costs {
         let (count, place) = (primitives.len(), nodes.len());
         let area = range.bounds.half_area(self.area_scale);
-        let node = BinaryNode {
-            bounds: range.bounds.aabb(),
-            first: first as u32,
-            count: count as u32,
-            second: 0,
-            plan: Plan::default(),
-        };
-        nodes.push(node);
+        nodes.push(BinaryNode::new(range.bounds, first, count));
         let Some((middle, [left_range, right_range])) = self.split(primitives, range, depth) else {
             let (costs, plan) = plan::leaf(area, count);
             nodes[place].plan = plan;
             return costs;
         };
-        let leaf_count = self.leaf_fits(primitives).then_some(count);
         let (left, right) = primitives.split_at_mut(middle);
         let left_costs = self.subtree(left, left_range, first, depth + 1, nodes);
         nodes[place].second = (nodes.len() - place) as u32;
         let right_costs = self.subtree(right, right_range, first + middle, depth + 1, nodes);
-        let (costs, plan) = plan::fork(area, leaf_count, &left_costs, &right_costs);
+        let (costs, plan) = plan::fork(area, &left_costs, &right_costs);
         nodes[place].plan = plan;
         costs
     }
@@ -211,7 +195,9 @@ impl Builder {
         depth: usize,
     ) -> Option<(usize, [Range; 2])> {
         let count = primitives.len();
-        if count <= SMALLEST_SPLIT && self.leaf_fits(primitives) {
+        // What one leaf can hold stays together: splits down to two and leaves by the plan cost a
+        // third of the time, and the rays are no faster for it.
+        if self.leaf_fits(primitives) {
             return None;
         }
         if depth < SAH_DEPTH
@@ -220,9 +206,6 @@ impl Builder {
             return Some(split.partition(primitives));
         }
         // All centres in one bin, or too deep for the heuristic: halve what is too large.
-        if self.leaf_fits(primitives) {
-            return None;
-        }
         let by_kind = count <= MAX_LEAF || !(SAH_DEPTH..MAX_DEPTH - 4).contains(&depth);
         let middle = if self.mixed && by_kind && !one_kind(primitives, primitives[0]) {
             primitives.sort_unstable_by_key(|one| (one.kind() as u8, one.id()));
@@ -236,12 +219,23 @@ impl Builder {
     }
 
     #[inline(always)]
-    fn cheapest_split(&self, primitives: &[BuildPrimitive], range: Range) -> Option<Split> {
-        let count = primitives.len();
-        let bins = if count < FEW { MAX_BINS / 2 } else { MAX_BINS };
-        let grid = Grid::new(range.centers, bins);
-        let bins = if count > CHUNK {
-            let chunks = primitives.par_chunks(CHUNK).map(|chunk| Bins::of(chunk, &grid));
+    pub(super) fn cheapest_split<B: Binned>(
+        &self,
+        primitives: &[B],
+        range: Range,
+    ) -> Option<Split> {
+        match primitives.len() {
+            ..VERY_FEW => self.binned::<B, 4>(primitives, range),
+            VERY_FEW..FEW => self.binned::<B, 8>(primitives, range),
+            _ => self.binned::<B, 16>(primitives, range),
+        }
+    }
+
+    #[inline(always)]
+    fn binned<B: Binned, const N: usize>(&self, primitives: &[B], range: Range) -> Option<Split> {
+        let grid = Grid::new(range.centers, N);
+        let bins = if primitives.len() > CHUNK {
+            let chunks = primitives.par_chunks(CHUNK).map(|chunk| Bins::<N>::of(chunk, &grid));
             chunks.reduce_with(Bins::merged).expect("not empty")
         } else {
             Bins::of(primitives, &grid)

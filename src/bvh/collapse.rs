@@ -8,9 +8,10 @@ use std::sync::atomic::{AtomicU32, Ordering};
 
 use rayon::prelude::*;
 
-use super::build::{BinaryTree, Cursor};
+use super::binary::{BinaryTree, Cursor};
 use super::leaves::{DROPPED, LeafArray, LeafPart, Leaves, packed_slot};
 use super::node::{Child, MAX_LEAF, Node, WIDTH};
+use super::watch::{Cancelled, Watch};
 use super::{BuildPrimitive, PrimKind, PrimitiveSource};
 
 /// A subtree of up to this many primitives is laid out by one thread.
@@ -22,7 +23,8 @@ pub(super) fn collapse(
     primitives: &[BuildPrimitive],
     ids: usize,
     source: &impl PrimitiveSource,
-) -> (Vec<Node>, Leaves, usize) {
+    watch: &Watch<'_>,
+) -> Result<(Vec<Node>, Leaves, usize), Cancelled> {
     if primitives.is_empty() {
         let leaves = Leaves {
             triangles: LeafArray::with_len(0),
@@ -30,13 +32,14 @@ pub(super) fn collapse(
             spheres: LeafArray::with_len(0),
             slot_of: vec![DROPPED; ids],
         };
-        return (Vec::new(), leaves, 0);
+        return Ok((Vec::new(), leaves, 0));
     }
     let mut top = Top { nodes: vec![Node::empty()], tasks: Vec::new() };
     top.fill(0, tree.root(), 1);
     let Top { nodes: top, tasks } = top;
 
-    let counts: Vec<[usize; 3]> = tasks.par_iter().map(|task| task.kinds(primitives)).collect();
+    let counts: Vec<[usize; 3]> =
+        tasks.par_iter().map(|task| task.kinds(primitives, tree.mixed)).collect();
     let of_kind = |kind: PrimKind| counts.iter().map(move |counts| counts[kind as usize]);
     let slot_of: Vec<AtomicU32> =
         (0..ids).into_par_iter().map(|_| AtomicU32::new(DROPPED)).collect();
@@ -56,10 +59,16 @@ pub(super) fn collapse(
             let (slot_of, depth) = (slot_of.as_slice(), 0);
             let mut layout =
                 Layout { primitives, source, slot_of, triangles, quads, spheres, nodes, depth };
-            let root = layout.child(task.root, task.depth);
+            // Cancelled, nobody will see what is missing.
+            let root = match watch.is_cancelled() {
+                true => Child::EMPTY,
+                false => layout.child(task.root, task.depth),
+            };
+            watch.add(task.root.node().count as usize);
             Part { root, nodes: layout.nodes, depth: layout.depth }
         })
         .collect();
+    watch.check()?;
     leaves.slot_of = slot_of.into_iter().map(AtomicU32::into_inner).collect();
 
     let made: usize = parts.iter().map(|part| part.nodes.len()).sum();
@@ -73,7 +82,7 @@ pub(super) fn collapse(
         nodes.extend(part.nodes.iter().map(|node| node.moved(first)));
         depth = depth.max(task.depth).max(part.depth);
     }
-    (nodes, leaves, depth)
+    Ok((nodes, leaves, depth))
 }
 
 /// The up to eight children of the node that is made of `root`, in order of falling area.
@@ -113,10 +122,12 @@ struct Task<'a> {
 
 impl Task<'_> {
     /// How many primitives there are of each kind.
-    fn kinds(&self, primitives: &[BuildPrimitive]) -> [usize; 3] {
-        let mut counts = [0; 3];
-        for one in range(self.root, primitives) {
-            counts[one.kind() as usize] += 1;
+    fn kinds(&self, primitives: &[BuildPrimitive], mixed: bool) -> [usize; 3] {
+        let (mut counts, range) = ([0; 3], range(self.root, primitives));
+        if mixed {
+            range.iter().for_each(|one| counts[one.kind() as usize] += 1);
+        } else {
+            counts[range[0].kind() as usize] = range.len();
         }
         counts
     }

@@ -1,22 +1,29 @@
 //! The tree over all primitives of a scene: built by boxes alone, eight children a node, leaves of
 //! one kind in SoA arrays.
 //!
-//! `build` makes a binary tree of `primitive` boxes by the surface area heuristic (`binning`) and
-//! has a `plan` which of its nodes to keep, `collapse` turns it into `node`s of eight and lays the
-//! primitives out in leaf order (`leaves`), `validate` checks what the traversals rely on, `stats`
-//! measures it.
+//! `clusters` puts neighbours together, `crown` splits these, and `build` what is in them: a `binary`
+//! tree of `primitive` boxes by the surface area heuristic (`binning`), as good as its `quality`
+//! says, with a `plan` which of its nodes to keep. `collapse` turns it into `node`s of eight and lays
+//! the primitives out in leaf order (`leaves`). A `watch` sees how far that is. `validate` checks what
+//! the traversals rely on, `stats` measures it.
 
+mod binary;
 mod binning;
 mod build;
+mod clusters;
 mod collapse;
+mod crown;
 mod leaves;
 mod node;
 mod plan;
 mod primitive;
+mod quality;
+mod reinsert;
 mod stats;
 #[cfg(test)]
 mod tests;
 mod validate;
+mod watch;
 
 pub use build::MAX_DEPTH;
 pub use leaves::{
@@ -25,8 +32,10 @@ pub use leaves::{
 };
 pub use node::{Child, LEAF, MAX_LEAF, Node, PrimKind, WIDTH};
 pub use primitive::BuildPrimitive;
+pub use quality::{BuildQuality, UnknownBuild};
 pub use stats::BvhStats;
 pub use validate::BvhError;
+pub use watch::{BuildProgress, Cancelled, Watch};
 
 use glam::Vec3;
 
@@ -62,13 +71,19 @@ impl Bvh {
     /// Builds the tree over `primitives`, each with an id below `ids`, and fills the leaves from
     /// `source`. The result does not depend on the number of threads; the build runs on the rayon
     /// pool that it is called in.
+    ///
+    /// # Errors
+    /// [`Cancelled`] if `watch` ended it.
     pub fn build(
         mut primitives: Vec<BuildPrimitive>,
         ids: usize,
         source: &impl PrimitiveSource,
-    ) -> Self {
-        let (tree, bounds) = build::build(&mut primitives);
-        let (nodes, leaves, depth) = collapse::collapse(&tree, &primitives, ids, source);
+        quality: BuildQuality,
+        watch: &Watch<'_>,
+    ) -> Result<Self, Cancelled> {
+        watch.start(primitives.len());
+        let (tree, bounds) = build::build(&mut primitives, quality, watch)?;
+        let (nodes, leaves, depth) = collapse::collapse(&tree, &primitives, ids, source, watch)?;
         let extent = if bounds.is_empty() {
             0.0
         } else {
@@ -76,7 +91,7 @@ impl Bvh {
         };
         let bvh = Self { nodes, leaves, bounds, extent, depth };
         debug_assert_eq!(bvh.validate(), Ok(()));
-        bvh
+        Ok(bvh)
     }
 
     /// The nodes and the leaves, in the order of [`Child::shelf`], to be asked for ahead.

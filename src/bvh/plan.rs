@@ -1,6 +1,6 @@
-//! Which binary nodes become nodes of eight, and which become leaves: the cheapest choice by the
-//! surface area heuristic, found by dynamic programming (Ylitie, Karras, Laine 2017, "Efficient
-//! incoherent ray traversal on GPUs through compressed wide BVHs").
+//! Which binary nodes become nodes of eight: the cheapest choice by the surface area heuristic,
+//! found by dynamic programming (Ylitie, Karras, Laine 2017, "Efficient incoherent ray traversal on
+//! GPUs through compressed wide BVHs").
 //!
 //! For each binary node: the cost of what is below it as a forest of at most 1, 2, .. 7 subtrees.
 //! A forest of one is a leaf, or a node of eight whose children are a forest of eight; a forest of
@@ -26,14 +26,14 @@ const CHOICE: u32 = 7;
 pub(super) struct Costs([f32; WIDTH]);
 
 /// The choices for a binary node: for a forest of `j` from 2 to 8 how many go to the left, 0 if a
-/// forest of `j - 1` is no dearer; and whether it is a leaf.
+/// forest of `j - 1` is no dearer; or that it is a leaf.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Plan(u32);
 
 impl Plan {
     const LEAF: u32 = 1 << 31;
 
-    /// True if the cheapest forest of one is a leaf.
+    /// True if it is a leaf.
     pub(super) fn is_leaf(self) -> bool {
         self.0 & Self::LEAF != 0
     }
@@ -46,22 +46,12 @@ impl Plan {
 
 /// The costs of a leaf. `area` is that of its box.
 pub(super) fn leaf(area: f32, count: usize) -> (Costs, Plan) {
-    (Costs([leaf_cost(area, count); WIDTH]), Plan(Plan::LEAF))
+    (Costs([area * (LEAF_COST + PRIMITIVE_COST * count as f32); WIDTH]), Plan(Plan::LEAF))
 }
 
-fn leaf_cost(area: f32, count: usize) -> f32 {
-    area * (LEAF_COST + PRIMITIVE_COST * count as f32)
-}
-
-/// The costs of a binary node with these children, that `leaf_count` says how many primitives a
-/// leaf in its place would have: `None` if there can be none.
+/// The costs of a binary node with these children.
 #[inline(always)]
-pub(super) fn fork(
-    area: f32,
-    leaf_count: Option<usize>,
-    left: &Costs,
-    right: &Costs,
-) -> (Costs, Plan) {
+pub(super) fn fork(area: f32, left: &Costs, right: &Costs) -> (Costs, Plan) {
     // Costs are not negative, so their bits compare as they do; the choice rides in the lowest.
     let mut forests = [u32::MAX; WIDTH];
     let mut shifted = [NEVER; 2 * WIDTH];
@@ -74,14 +64,9 @@ pub(super) fn fork(
     }
     let mut plan = forests[WIDTH - 2] & CHOICE;
     let node = area + f32::from_bits(forests[WIDTH - 2]);
-    let leaf = leaf_count.map_or(NEVER, |count| leaf_cost(area, count));
     let mut costs = [node; WIDTH];
     for forest in (2..WIDTH).rev() {
         plan = plan << 3 | forests[forest - 2] & CHOICE;
-    }
-    if leaf <= node {
-        costs[0] = leaf;
-        plan |= Plan::LEAF;
     }
     for forest in 2..WIDTH {
         let (fewer, split) = (costs[forest - 2], f32::from_bits(forests[forest - 2]));

@@ -1,7 +1,8 @@
 //! What the builder knows of a primitive: its box, its kind, its id, in one register of eight lanes.
 
-use glam::{Vec4, Vec4Swizzles};
+use glam::{Vec3, Vec4, Vec4Swizzles};
 
+use super::binning::Binned;
 use super::node::PrimKind;
 use crate::geometry::Aabb;
 use crate::simd::{F32x8, Lanes};
@@ -22,6 +23,10 @@ impl SignedBox {
     #[inline(always)]
     pub(super) fn of_point(point: Vec4) -> Self {
         Self::join(point, -point)
+    }
+
+    pub(super) fn of_aabb(bounds: &Aabb) -> Self {
+        Self::join(bounds.min.extend(0.0), (-bounds.max).extend(0.0))
     }
 
     /// The smallest box around both.
@@ -50,6 +55,19 @@ impl SignedBox {
         let size = (-negative_max * scale - min * scale).max(Vec4::ZERO);
         let products = size * size.yzxw();
         products.x + products.y + products.z
+    }
+
+    /// Its centre, halved first so that it does not overflow.
+    #[inline(always)]
+    pub(super) fn center(self) -> Vec4 {
+        let (min, negative_max) = self.halves();
+        min * 0.5 - negative_max * 0.5
+    }
+
+    /// The same box, or with infinity added the empty one.
+    #[inline(always)]
+    pub(super) fn plus(self, offset: F32x8) -> Self {
+        Self(self.0 + offset)
     }
 
     #[inline(always)]
@@ -100,6 +118,22 @@ impl BuildPrimitive {
         Self(SignedBox::join(min, (-bounds.max).extend(in_float(kind as u32))))
     }
 
+    /// A triangle; [`BuildPrimitive::left_out`] if no ray can ever see an area, because two corners
+    /// are one point or a coordinate is not finite.
+    #[inline(always)]
+    pub fn of_triangle(corners: &[Vec3; 3], id: u32) -> Self {
+        let [a, b, c] = corners.map(|corner| corner.extend(0.0));
+        // Zero times a number that is not finite is NaN.
+        let is_finite = (a * 0.0 + b * 0.0 + c * 0.0).cmpeq(Vec4::ZERO).all();
+        let is_point = a.cmpeq(b).all() | b.cmpeq(c).all() | c.cmpeq(a).all();
+        if !is_finite | is_point {
+            return Self::left_out();
+        }
+        let (min, max) = (a.min(b).min(c), a.max(b).max(c));
+        let kind = in_float(PrimKind::Triangle as u32);
+        Self(SignedBox::join(min.with_w(in_float(id)), (-max).with_w(kind)))
+    }
+
     /// Stands for a primitive that the tree leaves out.
     pub fn left_out() -> Self {
         Self(SignedBox::join(Vec4::ONE, Vec4::ONE.with_w(in_float(LEFT_OUT))))
@@ -125,16 +159,21 @@ impl BuildPrimitive {
     pub fn id(&self) -> u32 {
         from_float(self.0.0.lane(3))
     }
+}
 
+impl Binned for BuildPrimitive {
     #[inline(always)]
-    pub(super) fn signed_box(&self) -> SignedBox {
+    fn signed_box(&self) -> SignedBox {
         self.0
     }
 
-    /// Its centre, halved first so that it does not overflow.
     #[inline(always)]
-    pub(super) fn center(&self) -> Vec4 {
-        let (min, negative_max) = self.0.halves();
-        min * 0.5 - negative_max * 0.5
+    fn center(&self) -> Vec4 {
+        self.0.center()
+    }
+
+    #[inline(always)]
+    fn weight(&self) -> u32 {
+        1
     }
 }

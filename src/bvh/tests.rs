@@ -18,7 +18,14 @@ impl PrimitiveSource for Points {
 }
 
 impl Points {
+    /// Trees of all qualities, the usual one returned.
     fn tree(&self) -> Bvh {
+        self.tree_of(BuildQuality::Fast);
+        self.tree_of(BuildQuality::High);
+        self.tree_of(BuildQuality::Balanced)
+    }
+
+    fn tree_of(&self, quality: BuildQuality) -> Bvh {
         let boxed = |(id, &(kind, at)): (u32, &(PrimKind, Vec3))| {
             let bounds = match kind {
                 PrimKind::Sphere => crate::geometry::Spheres::one(at, 0.0).bounds(0),
@@ -27,7 +34,7 @@ impl Points {
             BuildPrimitive::new(bounds, kind, id)
         };
         let primitives = (0..).zip(&self.0).map(boxed).collect();
-        let bvh = Bvh::build(primitives, self.0.len(), self);
+        let bvh = Bvh::build(primitives, self.0.len(), self, quality, &Watch::new()).unwrap();
         assert_eq!(bvh.validate(), Ok(()));
         assert!(bvh.depth <= MAX_DEPTH);
         bvh

@@ -4,6 +4,7 @@ use std::path::PathBuf;
 
 use clap::builder::RangedI64ValueParser;
 use clap::{Args, Parser, Subcommand, ValueEnum};
+use octray::BuildQuality;
 use octray::render::{Aov, Crop};
 use octray::scene::{MAX_BOUNCES, MAX_SAMPLES};
 
@@ -62,6 +63,9 @@ pub(super) struct RenderArgs {
     #[arg(long, value_name = "N", default_value_t = 0,
           value_parser = clap::builder::RangedU64ValueParser::<usize>::new().range(0..=1024))]
     pub(super) threads: usize,
+    /// How much work goes into the tree [default: what the scene says, else balanced]
+    #[arg(long, value_name = "QUALITY", value_enum)]
+    pub(super) build: Option<BuildArg>,
     /// Another seed gives other noise
     #[arg(long, value_name = "N")]
     pub(super) seed: Option<u64>,
@@ -83,6 +87,9 @@ pub(super) struct RenderArgs {
 pub(super) struct InfoArgs {
     /// The scene: a .toml file, or an .obj file alone
     pub(super) scene: PathBuf,
+    /// How much work goes into the tree [default: what the scene says, else balanced]
+    #[arg(long, value_name = "QUALITY", value_enum)]
+    pub(super) build: Option<BuildArg>,
     /// JSON in place of the text
     #[arg(long)]
     pub(super) json: bool,
@@ -107,6 +114,26 @@ impl From<AovArg> for Aov {
             AovArg::Normal => Self::Normal,
             AovArg::Depth => Self::Depth,
             AovArg::Prim => Self::Prim,
+        }
+    }
+}
+
+#[derive(Clone, Copy, ValueEnum)]
+pub(super) enum BuildArg {
+    /// Built soonest
+    Fast,
+    /// Good rays for a short build
+    Balanced,
+    /// The fastest rays
+    High,
+}
+
+impl From<BuildArg> for BuildQuality {
+    fn from(build: BuildArg) -> Self {
+        match build {
+            BuildArg::Fast => Self::Fast,
+            BuildArg::Balanced => Self::Balanced,
+            BuildArg::High => Self::High,
         }
     }
 }

@@ -8,8 +8,10 @@ use octray::scene::Loaded;
 use octray::workload::{
     Bar, BarChart, Effort, Kind, Measurement, Model, Path, Stage, Viewpoint, measure,
 };
-use octray::{InstructionSets, Scene};
+use octray::{BuildQuality, InstructionSets, Scene};
 
+use super::args::BuildArg;
+use super::load::{Loading, load};
 use super::{Stop, answer, say};
 
 /// What is measured when nothing is asked for.
@@ -31,6 +33,9 @@ pub(super) struct BenchArgs {
     /// Seconds for each figure, at least
     #[arg(long, value_name = "S", default_value_t = 0.5)]
     seconds: f64,
+    /// How much work goes into the tree [default: what the scene says, else balanced]
+    #[arg(long, value_name = "QUALITY", value_enum)]
+    build: Option<BuildArg>,
     /// What the samples derive from
     #[arg(long, value_name = "N", default_value_t = 1)]
     seed: u64,
@@ -43,7 +48,7 @@ pub(super) struct BenchArgs {
 }
 
 pub(super) fn run(args: &BenchArgs) -> Result<(), Stop> {
-    let loaded = octray::scene::load(&args.scene).map_err(Stop::failed)?;
+    let loaded = load(&args.scene, args.build, &Loading::default())?;
     loaded.warnings.iter().for_each(|warning| say(&format!("warning: {warning}")));
     let (scene, stage) = staged(args, loaded)?;
     let (width, height) = (args.size.0 as usize, args.size.1 as usize);
@@ -87,7 +92,9 @@ fn staged(args: &BenchArgs, loaded: Loaded) -> Result<(Scene, Stage), Stop> {
     // As everywhere where meshes are measured, so that figures compare.
     let name = args.scene.file_stem().unwrap_or_default().to_string_lossy();
     let model = Model::triangles_on_ground(&name, &loaded.scene);
-    Ok((model.scene().map_err(Stop::failed)?, model.stage))
+    let mut builder = model.builder();
+    builder.set_quality(args.build.map_or_else(BuildQuality::default, BuildQuality::from));
+    Ok((builder.build().map_err(Stop::failed)?, model.stage))
 }
 
 fn table(measured: &[Measurement]) -> String {

@@ -7,11 +7,12 @@ use octray::bvh::PrimKind;
 use octray::{InstructionSets, LightShape, Scene};
 
 use super::args::InfoArgs;
+use super::load::{Loading, load};
 use super::{Stop, answer, say};
 
 pub(super) fn run(args: &InfoArgs) -> Result<(), Stop> {
     let start = Instant::now();
-    let loaded = octray::scene::load(&args.scene).map_err(Stop::failed)?;
+    let loaded = load(&args.scene, args.build, &Loading::shown())?;
     let load_seconds = start.elapsed().as_secs_f64();
     loaded.warnings.iter().for_each(|warning| say(&format!("warning: {warning}")));
     let facts = Facts::of(&loaded.scene, load_seconds);

@@ -6,6 +6,7 @@
 mod args;
 mod bench;
 mod info;
+mod load;
 mod render;
 
 use std::fmt::Display;

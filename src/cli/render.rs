@@ -1,16 +1,16 @@
 //! `octray render`: a scene file becomes a picture file.
 
-use std::io::{self, IsTerminal};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Instant;
 
-use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
+use indicatif::ProgressBar;
 use octray::render::{PictureFile, Progress, RenderError, RenderStats, Renderer};
 use octray::scene::Loaded;
 
 use super::args::RenderArgs;
+use super::load::{Loading, bar, load};
 use super::{Stop, answer, say};
 
 pub(super) fn run(args: &RenderArgs) -> Result<(), Stop> {
@@ -25,7 +25,8 @@ pub(super) fn run(args: &RenderArgs) -> Result<(), Stop> {
     }
 
     let start = Instant::now();
-    let loaded = octray::scene::load(&args.scene).map_err(Stop::failed)?;
+    let loading = if args.quiet { Loading::default() } else { Loading::shown() };
+    let loaded = load(&args.scene, args.build, &loading.cancelled_by(&interrupted))?;
     if !args.quiet {
         loaded.warnings.iter().for_each(|warning| say(&format!("warning: {warning}")));
     }
@@ -41,7 +42,7 @@ pub(super) fn run(args: &RenderArgs) -> Result<(), Stop> {
 
     let shown = args.crop.map_or((settings.width, settings.height), |c| (c.width(), c.height()));
     file.check_size(shown.0, shown.1).map_err(Stop::failed)?;
-    let bar = progress_bar(args.quiet);
+    let bar = bar(!args.quiet);
     let on_progress = |progress: &Progress| show(&bar, progress);
     let mut renderer = Renderer::new(&scene, &camera, settings)
         .aov(args.aov.into())
@@ -99,19 +100,6 @@ fn default_output(scene: &Path) -> PathBuf {
     let mut name = stem.to_owned();
     name.push(".png");
     PathBuf::from(name)
-}
-
-/// A bar on a terminal; hidden in a pipe.
-fn progress_bar(quiet: bool) -> ProgressBar {
-    if quiet || !io::stderr().is_terminal() {
-        return ProgressBar::hidden();
-    }
-    let style = ProgressStyle::with_template("{bar:40} {percent:>3}%  {msg}  {eta} left");
-    let bar = ProgressBar::with_draw_target(None, ProgressDrawTarget::stderr());
-    match style {
-        Ok(style) => bar.with_style(style),
-        Err(_) => bar,
-    }
 }
 
 fn show(bar: &ProgressBar, progress: &Progress) {

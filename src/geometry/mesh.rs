@@ -27,8 +27,10 @@ impl Mesh {
     }
 
     /// The corners of triangle `index`. Panics if it names a vertex that is not there.
+    #[inline(always)]
     pub fn triangle(&self, index: usize) -> [Vec3; 3] {
-        self.indices[index].map(|vertex| self.positions[vertex as usize])
+        let [a, b, c] = self.indices[index];
+        [self.positions[a as usize], self.positions[b as usize], self.positions[c as usize]]
     }
 
     /// # Errors

@@ -4,7 +4,7 @@ use std::time::Instant;
 
 use glam::Vec3;
 
-use crate::bvh::{Bvh, MAX_PRIMITIVES, PrimKind};
+use crate::bvh::{BuildQuality, Bvh, MAX_PRIMITIVES, PrimKind, Watch};
 use crate::error::BuildError;
 use crate::geometry::{Aabb, Mesh, Quads, Spheres};
 use crate::scene::source::{Parts, Source};
@@ -27,6 +27,7 @@ pub struct SceneBuilder {
     geometries: Vec<(Source, u32)>,
     materials: Vec<Material>,
     lights: Vec<Light>,
+    quality: BuildQuality,
 }
 
 impl SceneBuilder {
@@ -44,6 +45,11 @@ impl SceneBuilder {
     /// Adds a light.
     pub fn add_light(&mut self, light: Light) {
         self.lights.push(light);
+    }
+
+    /// How much work goes into the tree; [`BuildQuality::Balanced`] if this is not called.
+    pub fn set_quality(&mut self, quality: BuildQuality) {
+        self.quality = quality;
     }
 
     /// Adds spheres of one material and returns their `geom_id`.
@@ -73,7 +79,15 @@ impl SceneBuilder {
     /// [`BuildError`] names the geometry, the primitive and what would be right. Triangles without
     /// area or with corners that are not finite are no error; see [`Scene::dropped`].
     pub fn build(self) -> Result<Scene, BuildError> {
-        let Self { geometries: sources, mut materials, lights } = self;
+        self.build_watched(&Watch::new())
+    }
+
+    /// As [`SceneBuilder::build`], and tells `watch` how far it is.
+    ///
+    /// # Errors
+    /// As [`SceneBuilder::build`]; [`BuildError::Cancelled`] if `watch` ended it.
+    pub fn build_watched(self, watch: &Watch<'_>) -> Result<Scene, BuildError> {
+        let Self { geometries: sources, mut materials, lights, quality } = self;
         if materials.is_empty() {
             materials.push(Material::default());
         }
@@ -105,7 +119,8 @@ impl SceneBuilder {
         let start = Instant::now();
         let parts = Parts { sources: &sources, first_ids: &first_ids };
         let (primitives, dropped) = parts.primitives(count as usize);
-        let bvh = Bvh::build(primitives, count as usize, &parts);
+        let bvh = Bvh::build(primitives, count as usize, &parts, quality, watch);
+        let bvh = bvh.map_err(|_| BuildError::Cancelled)?;
         let build_seconds = start.elapsed().as_secs_f64();
         let geometries = sources
             .into_iter()

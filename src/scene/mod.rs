@@ -14,7 +14,9 @@ mod visibility;
 
 pub use builder::{Dropped, Scene, SceneBuilder};
 pub use camera::{Camera, CameraError, View};
-pub use file::{LoadError, Loaded, Place, Problem, load, load_obj, load_toml};
+pub use file::{
+    LoadError, LoadOptions, Loaded, Place, Problem, load, load_obj, load_toml, load_with,
+};
 pub use light::{Light, LightShape};
 pub use material::Material;
 pub use settings::{

@@ -82,13 +82,7 @@ impl Parts<'_> {
         let bounds = match source {
             Source::Spheres(spheres) => spheres.bounds(index),
             Source::Quads(quads) => Aabb::of_points(&quads.corners(index)),
-            Source::Mesh(mesh) => {
-                let corners = mesh.triangle(index);
-                if !is_finite(&corners) || is_degenerate(&corners) {
-                    return BuildPrimitive::left_out();
-                }
-                Aabb::of_points(&corners)
-            }
+            Source::Mesh(mesh) => return BuildPrimitive::of_triangle(&mesh.triangle(index), id),
         };
         BuildPrimitive::new(bounds, source.kind(), id)
     }
@@ -120,9 +114,4 @@ impl PrimitiveSource for Parts<'_> {
 
 fn is_finite(corners: &[Vec3; 3]) -> bool {
     corners.iter().all(|corner| corner.is_finite())
-}
-
-/// True if no ray can ever see an area. (Corners on one line do not count: see [`Dropped`].)
-fn is_degenerate([a, b, c]: &[Vec3; 3]) -> bool {
-    a == b || b == c || c == a
 }

@@ -121,11 +121,8 @@ impl Model {
         self.parts.iter().map(Part::len).sum()
     }
 
-    /// Builds the scene, on the rayon pool that it is called in.
-    ///
-    /// # Errors
-    /// See [`SceneBuilder::build`].
-    pub fn scene(&self) -> Result<Scene, BuildError> {
+    /// A copy of the geometry, ready to build.
+    pub fn builder(&self) -> SceneBuilder {
         let mut builder = SceneBuilder::new();
         for part in self.parts.iter().cloned() {
             match part {
@@ -134,7 +131,15 @@ impl Model {
                 Part::Quads(quads) => builder.add_quads(quads, 0),
             };
         }
-        builder.build()
+        builder
+    }
+
+    /// Builds the scene, on the rayon pool that it is called in.
+    ///
+    /// # Errors
+    /// See [`SceneBuilder::build`].
+    pub fn scene(&self) -> Result<Scene, BuildError> {
+        self.builder().build()
     }
 }
 

@@ -1,7 +1,7 @@
 //! Made scenes: on a grid, where ties are everywhere, and chaotic ones.
 
 use glam::Vec3;
-use octray::{Mesh, Quads, Scene, SceneBuilder, Spheres};
+use octray::{BuildQuality, Mesh, Quads, Scene, SceneBuilder, Spheres};
 
 use super::Random;
 
@@ -37,8 +37,15 @@ impl Shapes {
         }
     }
 
+    /// The scene, with trees of every quality in turns.
     pub fn build(&self) -> Scene {
-        self.builder().build().expect("made scenes are valid")
+        self.build_with(BuildQuality::ALL[self.0.len() % BuildQuality::ALL.len()])
+    }
+
+    pub fn build_with(&self, quality: BuildQuality) -> Scene {
+        let mut builder = self.builder();
+        builder.set_quality(quality);
+        builder.build().expect("made scenes are valid")
     }
 
     pub fn builder(&self) -> SceneBuilder {

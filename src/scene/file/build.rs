@@ -9,17 +9,16 @@ use std::path::Path;
 
 use toml::Spanned;
 
-use super::Loaded;
 use super::check::Source;
 use super::error::{LoadError, Place, Problem};
 use super::keys::{MeshKeys, QuadKeys, SceneKeys, SphereKeys};
 use super::looks::{self, Materials};
-use super::{meshes, picture, wording};
+use super::{LoadOptions, Loaded, meshes, picture, wording};
 use crate::geometry::{Quads, Spheres};
 use crate::scene::{SceneBuilder, Shading};
 
 /// The scene of a text that is known to be UTF-8 without byte order mark.
-pub(super) fn load(text: &str, file: &Path) -> Result<Loaded, LoadError> {
+pub(super) fn load(text: &str, file: &Path, options: LoadOptions<'_>) -> Result<Loaded, LoadError> {
     let source = Source { file, text };
     let keys: SceneKeys = toml::from_str(text).map_err(|error| {
         let place = error.span().map(|span| Place::of(text, span.start));
@@ -28,6 +27,7 @@ pub(super) fn load(text: &str, file: &Path) -> Result<Loaded, LoadError> {
     let camera = keys.camera.as_ref().map(|camera| picture::camera(source, camera)).transpose()?;
     let settings = picture::settings(source, &keys.render)?;
     let mut builder = SceneBuilder::new();
+    builder.set_quality(picture::build(&keys.render));
     let mut materials = Materials::add(source, &keys.materials, &mut builder)?;
     for light in &keys.lights {
         builder.add_light(looks::light(source, light)?);
@@ -45,7 +45,7 @@ pub(super) fn load(text: &str, file: &Path) -> Result<Loaded, LoadError> {
             file.display()
         ));
     }
-    super::finish(file, builder, camera, settings, warnings)
+    super::finish(file, builder, camera, settings, warnings, options)
 }
 
 /// Geometries by material, in the order of first use. Scenes have few materials: a list will do.

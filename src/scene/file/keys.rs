@@ -54,6 +54,16 @@ pub(super) struct RenderKeys {
     pub(super) seed: Key<Whole>,
     pub(super) background: Key<OneOrThree>,
     pub(super) shading: Option<ShadingName>,
+    pub(super) build: Option<BuildName>,
+}
+
+/// `build`
+#[derive(Clone, Copy, Debug, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub(super) enum BuildName {
+    Fast,
+    Balanced,
+    High,
 }
 
 /// `shading`

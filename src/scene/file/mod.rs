@@ -22,6 +22,7 @@ use glam::Vec3;
 
 pub use error::{LoadError, Place, Problem};
 
+use crate::bvh::{BuildQuality, Watch};
 use crate::geometry::Aabb;
 use crate::scene::{
     Camera, Dropped, Light, LightShape, Material, Scene, SceneBuilder, Settings, obj,
@@ -40,17 +41,35 @@ pub struct Loaded {
     pub warnings: Vec<String>,
 }
 
+/// How a file is to be loaded.
+#[derive(Clone, Copy, Default)]
+pub struct LoadOptions<'a> {
+    /// How much work goes into the tree, if not what the file says.
+    pub build: Option<BuildQuality>,
+    /// Who watches the build.
+    pub watch: Option<&'a Watch<'a>>,
+}
+
 /// Loads a scene (`.toml`) or a mesh alone (`.obj`, with a camera and a light framed around it).
 /// Builds the scene on the rayon pool that it is called in.
 ///
 /// # Errors
 /// [`LoadError`] for a file that can't be read, is neither of both, or has anything wrong in it.
 pub fn load(path: &Path) -> Result<Loaded, LoadError> {
+    load_with(path, LoadOptions::default())
+}
+
+/// As [`load`], with options.
+///
+/// # Errors
+/// As [`load`]; [`BuildError::Cancelled`](crate::BuildError::Cancelled) in a [`Problem::Build`] if
+/// whoever watches ended it.
+pub fn load_with(path: &Path, options: LoadOptions<'_>) -> Result<Loaded, LoadError> {
     if has_extension(path, "toml") {
         let bytes = read::bytes(path)?;
-        build::load(read::utf8(&bytes, path)?, path)
+        build::load(read::utf8(&bytes, path)?, path, options)
     } else if has_extension(path, "obj") {
-        mesh_alone(path, obj::read(path, true)?)
+        mesh_alone(path, obj::read(path, true)?, options)
     } else {
         // A folder or a missing file is the clearer news.
         read::check(path)?;
@@ -65,7 +84,7 @@ pub fn load(path: &Path) -> Result<Loaded, LoadError> {
 /// # Errors
 /// As [`load`].
 pub fn load_toml(text: &[u8], file: &Path) -> Result<Loaded, LoadError> {
-    build::load(read::utf8(text, file)?, file)
+    build::load(read::utf8(text, file)?, file, LoadOptions::default())
 }
 
 /// As [`load`] for the text of an OBJ file; see [`load_toml`].
@@ -73,7 +92,7 @@ pub fn load_toml(text: &[u8], file: &Path) -> Result<Loaded, LoadError> {
 /// # Errors
 /// As [`load`].
 pub fn load_obj(text: &[u8], file: &Path) -> Result<Loaded, LoadError> {
-    mesh_alone(file, obj::parse(text, file, true)?)
+    mesh_alone(file, obj::parse(text, file, true)?, LoadOptions::default())
 }
 
 /// True if the path ends in this extension, in small letters or large ones.
@@ -82,7 +101,7 @@ fn has_extension(path: &Path, extension: &str) -> bool {
 }
 
 /// A scene of one mesh.
-fn mesh_alone(file: &Path, obj: obj::Obj) -> Result<Loaded, LoadError> {
+fn mesh_alone(file: &Path, obj: obj::Obj, options: LoadOptions<'_>) -> Result<Loaded, LoadError> {
     let mut builder = SceneBuilder::new();
     let ids: Vec<u32> = obj.materials.iter().map(|&one| builder.add_material(one)).collect();
     let mut plain = None;
@@ -105,7 +124,7 @@ fn mesh_alone(file: &Path, obj: obj::Obj) -> Result<Loaded, LoadError> {
     }
     let settings =
         Settings { spp: 4, background: Vec3::new(0.1, 0.11, 0.13), ..Settings::default() };
-    finish(file, builder, None, settings, obj.warnings)
+    finish(file, builder, None, settings, obj.warnings, options)
 }
 
 /// The material of a mesh that has none, in a scene of its own.
@@ -149,12 +168,20 @@ fn framed(bounds: &Aabb) -> Camera {
 /// Builds the scene, refuses one without primitives, frames the camera if there is none.
 fn finish(
     file: &Path,
-    builder: SceneBuilder,
+    mut builder: SceneBuilder,
     camera: Option<Camera>,
     settings: Settings,
     mut warnings: Vec<String>,
+    options: LoadOptions<'_>,
 ) -> Result<Loaded, LoadError> {
-    let scene = builder.build().map_err(|error| LoadError::new(file, None, error.into()))?;
+    if let Some(quality) = options.build {
+        builder.set_quality(quality);
+    }
+    let scene = match options.watch {
+        Some(watch) => builder.build_watched(watch),
+        None => builder.build(),
+    };
+    let scene = scene.map_err(|error| LoadError::new(file, None, error.into()))?;
     let Dropped { degenerate, not_finite } = scene.dropped();
     if scene.bounds().is_empty() {
         let message = if degenerate + not_finite > 0 {

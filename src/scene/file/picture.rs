@@ -4,8 +4,9 @@ use toml::Spanned;
 
 use super::check::Source;
 use super::error::LoadError;
-use super::keys::{CameraKeys, RenderKeys, ShadingName};
+use super::keys::{BuildName, CameraKeys, RenderKeys, ShadingName};
 use super::values::Whole;
+use crate::bvh::BuildQuality;
 use crate::scene::settings::{MAX_BOUNCES, MAX_SAMPLES, MAX_SIDE};
 use crate::scene::{Camera, Settings, Shading};
 
@@ -32,6 +33,16 @@ pub(super) fn camera(source: Source<'_>, at: &Spanned<CameraKeys>) -> Result<Cam
         return Err(source.fail(span.unwrap_or(at.span()), problem));
     }
     Ok(camera)
+}
+
+/// How much work goes into the tree.
+pub(super) fn build(keys: &RenderKeys) -> BuildQuality {
+    match keys.build {
+        Some(BuildName::Fast) => BuildQuality::Fast,
+        Some(BuildName::Balanced) => BuildQuality::Balanced,
+        Some(BuildName::High) => BuildQuality::High,
+        None => BuildQuality::default(),
+    }
 }
 
 /// The settings: each key's own, else the default.

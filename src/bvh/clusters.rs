@@ -1,0 +1,150 @@
+//! Neighbours put together: primitives sorted into the cells of a grid, so that the top of the tree
+//! can be split by cells instead of primitives (after Ganestam, Barringer, Doggett, Akenine-Möller
+//! 2015, "Bonsai: rapid bounding volume hierarchy generation using mini trees").
+//!
+//! It is a counting sort in [`Cells::parts`] parts, whose number follows from that of the primitives
+//! alone, and within a cell the order stays: the same for every number of threads.
+
+use std::sync::atomic::{AtomicU32, Ordering};
+
+use glam::Vec4;
+use rayon::prelude::*;
+
+use super::binning::{Binned, INTEGER, Range};
+use super::primitive::{BuildPrimitive, SignedBox};
+
+/// There are never more cells: their counters are to stay in a core's own cache.
+const MAX_CELLS: usize = 1 << 19;
+/// There are never more cells along one axis.
+const MAX_ALONG: f64 = 1024.0;
+
+/// A run of sorted primitives.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Cluster {
+    pub(super) range: Range,
+    pub(super) first: u32,
+    pub(super) count: u32,
+}
+
+impl Binned for Cluster {
+    #[inline(always)]
+    fn signed_box(&self) -> SignedBox {
+        self.range.bounds
+    }
+
+    #[inline(always)]
+    fn center(&self) -> Vec4 {
+        self.range.bounds.center()
+    }
+
+    #[inline(always)]
+    fn weight(&self) -> u32 {
+        self.count
+    }
+}
+
+/// The primitives cell by cell, and the cells that have any: there is a cell for `per_cell`
+/// primitives. `range` is that of all.
+pub(super) fn sort(
+    primitives: &[BuildPrimitive],
+    range: Range,
+    per_cell: usize,
+) -> (Vec<BuildPrimitive>, Vec<Cluster>) {
+    let cells = Cells::new(range.centers, primitives.len(), per_cell);
+    let part = primitives.len().div_ceil(Cells::parts(primitives.len()));
+    let mut cell_of = Vec::new();
+    primitives.par_iter().map(|one| cells.cell(one.center())).collect_into_vec(&mut cell_of);
+    let mut places: Vec<Vec<u32>> = cell_of
+        .par_chunks(part)
+        .map(|part| {
+            let mut counts = vec![0; cells.len()];
+            part.iter().for_each(|&cell| counts[cell as usize] += 1);
+            counts
+        })
+        .collect();
+
+    // Counts become the places where each part's primitives of each cell start.
+    let mut runs = Vec::new();
+    let mut next = 0;
+    for cell in 0..cells.len() {
+        let first = next;
+        for part in &mut places {
+            next += std::mem::replace(&mut part[cell], next);
+        }
+        if next > first {
+            runs.push((first, next - first));
+        }
+    }
+
+    let order: Vec<AtomicU32> =
+        (0..primitives.len()).into_par_iter().map(|_| AtomicU32::new(0)).collect();
+    cell_of.par_chunks(part).zip(&mut places).enumerate().for_each(|(number, (cells, places))| {
+        for (index, &cell) in (number * part..).zip(cells) {
+            let place = &mut places[cell as usize];
+            order[*place as usize].store(index as u32, Ordering::Relaxed);
+            *place += 1;
+        }
+    });
+
+    let mut sorted = Vec::new();
+    let at = |index: AtomicU32| primitives[index.into_inner() as usize];
+    order.into_par_iter().map(at).collect_into_vec(&mut sorted);
+    let mut clusters = Vec::new();
+    let cluster = |(first, count): (u32, u32)| Cluster {
+        range: Range::of(&sorted[first as usize..][..count as usize]),
+        first,
+        count,
+    };
+    runs.into_par_iter().map(cluster).collect_into_vec(&mut clusters);
+    (sorted, clusters)
+}
+
+/// Cubes of one size that fill the box around the primitives' centres.
+struct Cells {
+    origin: Vec4,
+    scale: Vec4,
+    last: Vec4,
+    along: [u32; 3],
+}
+
+impl Cells {
+    fn parts(primitives: usize) -> usize {
+        (primitives >> 17).clamp(2, 8)
+    }
+
+    fn new(centers: SignedBox, primitives: usize, per_cell: usize) -> Self {
+        let (origin, size) = centers.min_and_size();
+        let wanted = (primitives / per_cell).clamp(1, MAX_CELLS) as f64;
+        let sizes = [size.x, size.y, size.z].map(|size| f64::from(size).min(1e39));
+        let mut side = sizes.into_iter().fold(f64::MIN_POSITIVE, f64::max) / MAX_ALONG;
+        let along = loop {
+            let along = sizes.map(|size| (size / side).ceil().max(1.0));
+            if along.iter().product::<f64>() <= wanted {
+                break along;
+            }
+            side *= 1.05;
+        };
+        let scale = sizes.map(|size| (1.0 / side).min(MAX_ALONG / size) as f32);
+        let scale = scale.map(|scale| if scale.is_finite() { scale } else { 0.0 });
+        let last = along.map(|along| INTEGER + along as f32 - 1.0);
+        Self {
+            origin,
+            scale: Vec4::new(scale[0], scale[1], scale[2], 0.0),
+            last: Vec4::new(last[0], last[1], last[2], INTEGER),
+            along: along.map(|along| along as u32),
+        }
+    }
+
+    fn len(&self) -> usize {
+        self.along.iter().product::<u32>() as usize
+    }
+
+    #[inline(always)]
+    fn cell(&self, center: Vec4) -> u32 {
+        // As in `Grid::place`: rounded down, a NaN becomes 0.
+        let place = (center - self.origin) * self.scale + Vec4::splat(INTEGER - 0.5);
+        let place = place.max(Vec4::splat(INTEGER)).min(self.last);
+        let [x, y, z, _] = place.to_array().map(|along| along.to_bits() - INTEGER.to_bits());
+        x + self.along[0] * (y + self.along[1] * z)
+    }
+}
