@@ -17,8 +17,15 @@
 //! Invariant: a sample is unseen exactly if its ray is occluded, bit for bit.
 
 mod block;
+mod bundle;
+mod descent;
 mod group;
+mod hard;
+mod placed;
 mod rays;
+mod sampled;
+mod shafts;
+mod volley;
 
 use std::ops::Range;
 
@@ -26,11 +33,12 @@ use glam::Vec3;
 
 use self::block::Block;
 use self::rays::SampleRays;
+use self::sampled::Sampled;
 use crate::bvh::Bvh;
 use crate::points::{LightSamples, Points};
 
-/// How many points a block has: sixteen groups of sixteen.
-pub(crate) const BLOCK_POINTS: usize = 256;
+/// How many points a block has.
+pub(crate) const BLOCK_POINTS: usize = block::BLOCK_POINTS;
 
 /// Fewer samples than this are traced as rays: a register of lanes would be mostly empty.
 const FEWEST_SAMPLES: usize = 4;
@@ -70,14 +78,19 @@ pub(crate) fn visibility<S: LightSamples + ?Sized>(
     let samples = query.samples.per_point();
     let mut rays = SampleRays::new(samples);
     let is_point = query.light.edge_u == Vec3::ZERO && query.light.edge_v == Vec3::ZERO;
-    if samples < FEWEST_SAMPLES || is_point {
+    if is_point {
+        hard::trace(bvh, query, range, &mut rays, &mut done);
+    } else if samples < FEWEST_SAMPLES {
         range.for_each(|point| rays.add(bvh, query, point, &mut done));
     } else {
         let mut block = Block::new(bvh, query);
+        let mut sampled = Sampled::new(bvh, samples);
         for start in range.clone().step_by(BLOCK_POINTS) {
             let end = (start + BLOCK_POINTS).min(range.end);
-            block.trace(start..end, &mut done);
-            block.unsettled().for_each(|point| rays.add(bvh, query, point, &mut done));
+            let aim = block.trace(start..end, &mut done);
+            block.unsettled().for_each(|point| sampled.add(query, &aim, point));
+            sampled.finish(&aim, &mut done);
+            block.unfit().for_each(|point| rays.add(bvh, query, point, &mut done));
         }
     }
     rays.trace(bvh, &mut done);

@@ -1,0 +1,97 @@
+//! Shafts of sixteen groups, and the one around all of them: which boxes they may meet.
+
+use super::group::Aim;
+use crate::kernels::{Beam, Bounds};
+use crate::simd::{F32x8, F32x16, LaneMask, Lanes};
+
+/// How many groups go down the tree together: one a lane of the widest test.
+pub(super) const GROUPS: usize = 16;
+
+/// A beam for each of up to sixteen groups, and the one around all of them.
+pub(super) struct Shafts {
+    aim: Aim,
+    groups: Beam<F32x16>,
+    all: Beam<F32x8>,
+}
+
+/// Eight boxes in the axes of the shafts, minima and maxima.
+pub(super) type Turned = [[f32; 8]; 6];
+
+impl Shafts {
+    pub(super) fn new(aim: Aim, groups: Beam<F32x16>) -> Self {
+        let low = |lanes: F32x16| F32x8::splat(lanes.reduce_min());
+        let high = |lanes: F32x16| F32x8::splat(lanes.reduce_max());
+        let all = Beam {
+            origin: Bounds { min: groups.origin.min.map(low), max: groups.origin.max.map(high) },
+            slope_min: groups.slope_min.map(low),
+            slope_max: groups.slope_max.map(high),
+            start: low(groups.start),
+        };
+        Self { aim, groups, all }
+    }
+
+    /// Boxes (`min.x .. max.z`) in the axes of the shafts, and a bit for each that some shaft may
+    /// meet.
+    #[inline(always)]
+    pub(super) fn boxes(&self, bounds: [F32x8; 6]) -> (Turned, u32) {
+        let turned = self.aim.axes.turn_box(bounds);
+        let met = self.all.meets(&turned, F32x8::splat(self.aim.end)).bits();
+        let ([a, b, c], [d, e, f]) = (turned.min, turned.max);
+        ([a, b, c, d, e, f].map(F32x8::to_array), met)
+    }
+
+    /// The groups that may meet a box.
+    #[inline(always)]
+    pub(super) fn groups(&self, bounds: &Bounds<F32x16>) -> u32 {
+        self.groups.meets(bounds, F32x16::splat(self.aim.end)).bits()
+    }
+}
+
+/// One of eight boxes, in sixteen lanes.
+#[inline(always)]
+pub(super) fn one_box(boxes: &Turned, slot: usize) -> Bounds<F32x16> {
+    let of = |place: usize| F32x16::splat(boxes[place][slot & 7]);
+    Bounds { min: [of(0), of(1), of(2)], max: [of(3), of(4), of(5)] }
+}
+
+/// The beams of groups, taken together one by one.
+pub(super) struct Beams {
+    min: [[f32; GROUPS]; 3],
+    max: [[f32; GROUPS]; 3],
+    slope_min: [[f32; GROUPS]; 2],
+    slope_max: [[f32; GROUPS]; 2],
+    start: [f32; GROUPS],
+}
+
+impl Beams {
+    /// No beam in any lane: it meets nothing.
+    pub(super) fn new() -> Self {
+        let (inf, neg) = ([f32::INFINITY; GROUPS], [f32::NEG_INFINITY; GROUPS]);
+        Self { min: [inf; 3], max: [neg; 3], slope_min: [inf; 2], slope_max: [neg; 2], start: inf }
+    }
+
+    /// Sets lane `group`: where origins are, the margin added, and the slopes, both as minima and
+    /// maxima.
+    #[inline(always)]
+    pub(super) fn set(&mut self, group: usize, origin: [[f32; 3]; 2], slopes: [[f32; 2]; 2]) {
+        for axis in 0..3 {
+            self.min[axis][group] = origin[0][axis];
+            self.max[axis][group] = origin[1][axis];
+        }
+        for axis in 0..2 {
+            self.slope_min[axis][group] = slopes[0][axis];
+            self.slope_max[axis][group] = slopes[1][axis];
+        }
+        self.start[group] = origin[0][2];
+    }
+
+    pub(super) fn beam(&self) -> Beam<F32x16> {
+        let load = |lanes: [f32; GROUPS]| F32x16::load(&lanes);
+        Beam {
+            origin: Bounds { min: self.min.map(load), max: self.max.map(load) },
+            slope_min: self.slope_min.map(load),
+            slope_max: self.slope_max.map(load),
+            start: load(self.start),
+        }
+    }
+}

@@ -1,0 +1,133 @@
+//! A volley: up to sixteen bundles of shadow rays that go down the tree together.
+//!
+//! The leaves in which the volley before met something are entered first: what stands before a point
+//! mostly stands before its neighbours, too. A bundle whose rays all end there needs no descent.
+
+use super::bundle::Bundle;
+use super::descent::{LeafRef, Party, Waiting, descend, enter_leaf};
+use super::group::Aim;
+use super::shafts::{Beams, GROUPS, Shafts};
+use crate::bvh::{Bvh, Node};
+use crate::kernels::Bounds;
+use crate::simd::F32x16;
+use crate::traverse::stack_size;
+
+/// How many leaves are entered first.
+const RECENT: usize = 16;
+
+/// Up to sixteen bundles.
+pub(super) struct Volley<'a> {
+    bvh: &'a Bvh,
+    bundles: Vec<Bundle>,
+    beams: Beams,
+    /// The bundles with a ray that has met nothing.
+    live: u32,
+    /// The leaves in which this volley met something.
+    met: Vec<LeafRef>,
+    /// Those of the volley before.
+    recent: Vec<LeafRef>,
+    stack: Vec<Waiting>,
+}
+
+impl<'a> Volley<'a> {
+    pub(super) fn new(bvh: &'a Bvh) -> Self {
+        Self {
+            bvh,
+            bundles: Vec::with_capacity(GROUPS),
+            beams: Beams::new(),
+            live: 0,
+            met: Vec::with_capacity(RECENT),
+            recent: Vec::with_capacity(RECENT),
+            stack: vec![Waiting::default(); stack_size(bvh)],
+        }
+    }
+
+    /// True if no bundle has room.
+    pub(super) fn is_full(&self) -> bool {
+        self.bundles.len() == GROUPS
+    }
+
+    /// Adds the rays from `origin` along `dir`, the lanes in `active`, all of which `aim` bounds.
+    #[inline(always)]
+    pub(super) fn push(&mut self, aim: &Aim, origin: [F32x16; 3], dir: [F32x16; 3], active: u32) {
+        let bundle = Bundle::new(origin, dir, active, self.bvh.extent);
+        let axes = aim.axes;
+        let [mut low, mut high] = bundle.range(|ray| axes.turn(ray.origin));
+        low.iter_mut().for_each(|part| *part -= aim.margin);
+        high.iter_mut().for_each(|part| *part += aim.margin);
+        let slopes = bundle.range(|ray| {
+            let [a, b, forward] = axes.turn(ray.dir);
+            [a / forward, b / forward]
+        });
+        let place = self.bundles.len();
+        self.beams.set(place, [low, high], slopes);
+        self.live |= u32::from(bundle.live() != 0) << place;
+        self.bundles.push(bundle);
+    }
+
+    /// Traces all bundles, gives for each the lanes whose rays have met nothing, and takes them out.
+    pub(super) fn trace(&mut self, aim: &Aim, mut give: impl FnMut(u32)) {
+        if self.live != 0 && !self.bvh.nodes.is_empty() {
+            let shafts = Shafts::new(*aim, self.beams.beam());
+            std::mem::swap(&mut self.met, &mut self.recent);
+            self.met.clear();
+            for place in 0..self.recent.len() {
+                if self.live == 0 {
+                    break;
+                }
+                let (bvh, live, leaf) = (self.bvh, self.live, self.recent[place]);
+                enter_leaf(bvh, &shafts, self, live, leaf);
+            }
+            if self.live != 0 {
+                let mut stack = std::mem::take(&mut self.stack);
+                descend(self.bvh, &shafts, self, &mut stack);
+                self.stack = stack;
+            }
+        }
+        self.bundles.iter().for_each(|bundle| give(bundle.seen()));
+        self.bundles.clear();
+        self.beams = Beams::new();
+        self.live = 0;
+    }
+
+    #[inline(always)]
+    fn meet(&mut self, index: usize, test: impl FnOnce(&mut Bundle) -> bool) -> bool {
+        let bundle = &mut self.bundles[index];
+        let met = test(bundle);
+        self.live &= !(u32::from(bundle.live() == 0) << index);
+        met
+    }
+}
+
+impl Party for Volley<'_> {
+    fn live(&self) -> u32 {
+        self.live
+    }
+
+    #[inline(always)]
+    fn meets_box(&self, group: usize, _: &Bounds<F32x16>, node: &Node, slot: usize) -> bool {
+        self.bundles[group].meets_box(node, slot)
+    }
+
+    #[inline(always)]
+    fn triangle(&mut self, group: usize, _: &Bounds<F32x16>, fields: &[f32; 9]) -> bool {
+        self.meet(group, |bundle| bundle.triangle(fields))
+    }
+
+    #[inline(always)]
+    fn quad(&mut self, group: usize, _: &Bounds<F32x16>, fields: &[f32; 12]) -> bool {
+        self.meet(group, |bundle| bundle.quad(fields))
+    }
+
+    #[inline(always)]
+    fn sphere(&mut self, group: usize, _: &Bounds<F32x16>, fields: &[f32; 4]) -> bool {
+        self.meet(group, |bundle| bundle.sphere(fields))
+    }
+
+    #[inline(always)]
+    fn leaf_met(&mut self, leaf: LeafRef) {
+        if self.met.len() < RECENT && !self.met.contains(&leaf) {
+            self.met.push(leaf);
+        }
+    }
+}
