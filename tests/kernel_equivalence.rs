@@ -225,7 +225,7 @@ fn slabs_never_contradict_kernels() {
 fn spheres_occlude_where_they_are_met() {
     fn occluded<F: Lanes>(rays: &[Ray], center: Vec3, radius: f32, active: u32) -> u32 {
         let ray = scaled::<F>(rays, active);
-        occluded_by_sphere(&ray, center.to_array(), radius, ray.valid)
+        occluded_by_sphere(&ray, center.to_array().map(F::splat), F::splat(radius), ray.valid)
     }
     let met = run("occluding spheres", 13, 200_000, |random, number| {
         let shapes = chaos(random, number % CHAOS_KINDS, 16);

@@ -24,23 +24,23 @@ const LARGEST: f32 = 1.0e15;
 #[inline(always)]
 pub fn occluded_by_sphere<F: Lanes>(
     ray: &ScaledRay<F>,
-    center: [f32; 3],
-    radius: f32,
+    center: [F; 3],
+    radius: F,
     active: F::Mask,
 ) -> u32 {
-    let from: [F; 3] = std::array::from_fn(|axis| ray.origin[axis] - F::splat(center[axis]));
+    let from: [F; 3] = std::array::from_fn(|axis| ray.origin[axis] - center[axis]);
     let length = dot(ray.dir, ray.dir);
     let along = -(dot(from, ray.dir) / length);
     let next: [F; 3] = std::array::from_fn(|axis| ray.dir[axis].mul_add_fast(along, from[axis]));
     let distance = from[0].abs() + from[1].abs() + from[2].abs();
     let margin = distance * F::splat(MARGIN);
-    let wide = F::splat(radius) + margin;
-    let narrow = F::splat(radius) - margin;
+    let wide = radius + margin;
+    let narrow = radius - margin;
     let apart = dot(next, next);
     // Nothing is certain where squares lose bits, where a step of `t` is shorter than one unit, or
     // where the start of the range is far from where the ray starts.
-    let certain = F::splat(radius).gt(margin * F::splat(LEAST_RADIUS))
-        & F::splat(radius).gt(F::splat(SMALLEST))
+    let certain = radius.gt(margin * F::splat(LEAST_RADIUS))
+        & radius.gt(F::splat(SMALLEST))
         & distance.lt(F::splat(LARGEST))
         & length.ge(F::splat(1.0))
         & ray.t_min.abs().le(distance);
@@ -74,7 +74,8 @@ pub fn occluded_by_sphere<F: Lanes>(
             scale: ray.scale.lane(lane),
             valid: true,
         };
-        found |= u32::from(intersect_sphere(&one, center, radius, true).is_some()) << lane;
+        found |= u32::from(intersect_sphere(&one, of(center), radius.lane(lane), true).is_some())
+            << lane;
     }
     found
 }

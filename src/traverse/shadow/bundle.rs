@@ -8,7 +8,9 @@ use crate::kernels::{
     Projected, ScaledRay, Sheared, SlabRay, intersect_quad, intersect_triangle, occluded_by_sphere,
 };
 use crate::points::SHADOW_T_MAX;
-use crate::simd::{F32x16, LaneMask, Lanes};
+use crate::simd::{F32x8, F32x16, LaneMask, Lanes};
+use crate::traverse::ones;
+use crate::traverse::tile::Leaf;
 
 /// The order of axes in which each axis comes last.
 /// There is no fourth.
@@ -32,30 +34,49 @@ pub(super) struct Bundle {
 }
 
 impl Bundle {
-    /// The rays from `origin` along `dir`, the lanes in `active`, in a scene of this extent.
+    /// No rays.
+    pub(super) fn empty() -> Self {
+        let zero = F32x16::splat(0.0);
+        let ray = ScaledRay::new([zero; 3], [zero; 3], zero, zero, F32x16::mask(0));
+        Self {
+            slab: SlabRay::new(&ray, 0.0),
+            ray,
+            shear: [zero; 2],
+            inverse: zero,
+            near_plane: None,
+            along: [0; 3],
+            axes: 0,
+            seen: 0,
+        }
+    }
+
+    /// Takes the rays from `origin` along `dir`, the lanes in `active`, in a scene of this extent.
     #[inline(always)]
-    pub(super) fn new(origin: [F32x16; 3], dir: [F32x16; 3], active: u32, extent: f32) -> Self {
+    pub(super) fn load(&mut self, origin: [F32x16; 3], dir: [F32x16; 3], active: u32, extent: f32) {
         let zero = F32x16::splat(0.0);
         let t_max = F32x16::splat(SHADOW_T_MAX);
         let ray = ScaledRay::new(origin, dir, zero, t_max, F32x16::mask(active));
-        let along = ray.axis_masks();
-        let (mut shear, mut inverse, mut axes) = ([zero; 2], zero, 0);
-        for (axis, &lanes) in along.iter().enumerate() {
-            if lanes != 0 {
-                axes |= 1 << axis;
-                let (sheared, mask) = (ray.sheared(axis), F32x16::mask(lanes));
-                shear[0] = Lanes::select(mask, sheared.shear[0], shear[0]);
-                shear[1] = Lanes::select(mask, sheared.shear[1], shear[1]);
-                inverse = Lanes::select(mask, sheared.inverse, inverse);
+        self.along = ray.axis_masks();
+        self.axes = 0;
+        for axis in 0..3 {
+            if self.along[axis] != 0 {
+                self.axes |= 1 << axis;
+                let (sheared, mask) = (ray.sheared(axis), F32x16::mask(self.along[axis]));
+                self.shear[0] = Lanes::select(mask, sheared.shear[0], self.shear[0]);
+                self.shear[1] = Lanes::select(mask, sheared.shear[1], self.shear[1]);
+                self.inverse = Lanes::select(mask, sheared.inverse, self.inverse);
             }
         }
-        let slab = SlabRay::new(&ray, extent);
+        self.slab = SlabRay::new(&ray, extent);
         let valid = ray.valid.bits();
-        let negative = slab.inverse.map(|part| Lanes::lt(part, zero).bits() & valid);
-        let one_sign = negative.iter().all(|&lanes| lanes == 0 || lanes == valid);
-        let near_plane = one_sign
-            .then(|| std::array::from_fn(|axis| if negative[axis] == 0 { axis } else { axis + 3 }));
-        Self { ray, shear, inverse, slab, near_plane, along, axes, seen: active }
+        let negative = |axis: usize| Lanes::lt(self.slab.inverse[axis], zero).bits() & valid;
+        let negative = [negative(0), negative(1), negative(2)];
+        let one_sign = |lanes: u32| lanes == 0 || lanes == valid;
+        let near = |axis: usize| if negative[axis] == 0 { axis } else { axis + 3 };
+        self.near_plane = (one_sign(negative[0]) && one_sign(negative[1]) && one_sign(negative[2]))
+            .then(|| [near(0), near(1), near(2)]);
+        self.ray = ray;
+        self.seen = active;
     }
 
     /// The lanes that have met nothing so far.
@@ -87,9 +108,9 @@ impl Bundle {
         ]
     }
 
-    /// True if a ray meets the box in slot `slot`.
+    /// The lanes whose rays meet the box in slot `slot`.
     #[inline(always)]
-    pub(super) fn meets_box(&self, node: &Node, slot: usize) -> bool {
+    pub(super) fn lanes_in_box(&self, node: &Node, slot: usize) -> u32 {
         let plane = |place: usize| F32x16::splat(node.bounds[place][slot]);
         let (t_min, t_max) = (self.ray.t_min, self.ray.t_max);
         let (near, far) = match self.near_plane {
@@ -105,7 +126,7 @@ impl Bundle {
                 t_max,
             ),
         };
-        Lanes::le(near, far).any()
+        Lanes::le(near, far).bits()
     }
 
     /// Tests a triangle, `v0.x .. v2.z`. True if a ray meets it.
@@ -162,8 +183,61 @@ impl Bundle {
     /// Tests a sphere, centre and radius. True if a ray meets it.
     #[inline(never)]
     pub(super) fn sphere(&mut self, fields: &[f32; 4]) -> bool {
-        let [x, y, z, radius] = *fields;
-        let hit = occluded_by_sphere(&self.ray, [x, y, z], radius, F32x16::mask(self.live()));
+        let part = |field: usize| F32x16::splat(fields[field]);
+        let center = [part(0), part(1), part(2)];
+        let hit = occluded_by_sphere(&self.ray, center, part(3), F32x16::mask(self.live()));
+        self.settle(hit)
+    }
+
+    /// Tests a whole leaf with the rays of `lanes`, one by one. True if a ray meets something.
+    #[inline(never)]
+    pub(super) fn singly<const FIELDS: usize>(
+        &mut self,
+        lanes: u32,
+        leaf: &Leaf<'_, FIELDS>,
+    ) -> bool {
+        let active = F32x8::mask((1 << leaf.count) - 1);
+        let mut hit = 0;
+        for lane in ones(lanes) {
+            let of = |lanes: F32x16| F32x8::splat(lanes.lane(lane));
+            let met = if FIELDS == 4 {
+                let ray = ScaledRay {
+                    origin: self.ray.origin.map(of),
+                    dir: self.ray.dir.map(of),
+                    t_min: of(self.ray.t_min),
+                    t_max: of(self.ray.t_max),
+                    scale: of(self.ray.scale),
+                    valid: active,
+                };
+                let center = [leaf.lanes[0], leaf.lanes[1], leaf.lanes[2]];
+                occluded_by_sphere(&ray, center, leaf.lanes[3], active) != 0
+            } else {
+                let main = (0..2).find(|&main| self.along[main] >> lane & 1 != 0).unwrap_or(2);
+                let order = ORDER[main];
+                let ray = Sheared {
+                    origin: [
+                        of(self.ray.origin[order[0]]),
+                        of(self.ray.origin[order[1]]),
+                        of(self.ray.origin[order[2]]),
+                    ],
+                    shear: [of(self.shear[0]), of(self.shear[1])],
+                    inverse: of(self.inverse),
+                    t_min: of(self.ray.t_min),
+                    t_max: of(self.ray.t_max),
+                };
+                let corner = |corner: usize| {
+                    let part = |axis: usize| leaf.lanes[(3 * corner + axis) % FIELDS];
+                    ray.project([part(order[0]), part(order[1]), part(order[2])])
+                };
+                let (a, b, c) = (corner(0), corner(1), corner(2));
+                if FIELDS == 9 {
+                    intersect_triangle(&ray, [a, b, c], active).is_some()
+                } else {
+                    intersect_quad(&ray, [a, b, c, corner(3)], active).is_some()
+                }
+            };
+            hit |= u32::from(met) << lane;
+        }
         self.settle(hit)
     }
 

@@ -5,7 +5,7 @@
 //! the boxes of its primitives go the same way.
 
 use super::shafts::{Shafts, one_box};
-use crate::bvh::{Bvh, Child, Node, PrimKind};
+use crate::bvh::{Bvh, Child, LEAF, Node, PrimKind};
 use crate::kernels::Bounds;
 use crate::simd::{F32x8, F32x16, Lanes};
 use crate::traverse::ones;
@@ -16,6 +16,17 @@ use crate::traverse::visits::count;
 pub(super) trait Party {
     /// The groups that are not settled.
     fn live(&self) -> u32;
+    /// Tests a leaf, in slot `slot` of `node`, with those groups that are better tested in another
+    /// way than primitive by primitive. Returns the groups that are left, and if somebody was settled.
+    fn apart<const FIELDS: usize>(
+        &mut self,
+        groups: u32,
+        _node: &Node,
+        _slot: usize,
+        _leaf: &Leaf<'_, FIELDS>,
+    ) -> (u32, bool) {
+        (groups, false)
+    }
     /// True if a member of a group may meet the box in slot `slot` of `node`, which in the axes of
     /// the shafts is `turned`.
     fn meets_box(&self, group: usize, turned: &Bounds<F32x16>, node: &Node, slot: usize) -> bool;
@@ -25,42 +36,53 @@ pub(super) trait Party {
     fn quad(&mut self, group: usize, turned: &Bounds<F32x16>, fields: &[f32; 12]) -> bool;
     /// Tests a sphere, centre and radius, likewise.
     fn sphere(&mut self, group: usize, turned: &Bounds<F32x16>, fields: &[f32; 4]) -> bool;
-    /// Hears of a leaf (as a node describes it) that settled somebody.
-    fn leaf_met(&mut self, _leaf: LeafRef) {}
+    /// Hears of a leaf that settled somebody.
+    fn leaf_met(&mut self, _leaf: Place) {}
 }
 
-/// A leaf as a node describes it.
+/// A child: slot `slot` of node `node`.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub(super) struct LeafRef {
-    pub(super) index: u32,
-    pub(super) meta: u32,
+pub(super) struct Place {
+    node: u32,
+    slot: u32,
+}
+
+impl Place {
+    #[inline(always)]
+    pub(super) fn node(self, bvh: &Bvh) -> &Node {
+        &bvh.nodes[self.node as usize]
+    }
+
+    #[inline(always)]
+    pub(super) fn slot(self) -> usize {
+        self.slot as usize & 7
+    }
 }
 
 /// A node or leaf that waits, and the groups that are to enter it.
 #[derive(Clone, Copy, Default)]
 pub(super) struct Waiting {
-    child: LeafRef,
+    child: Place,
     groups: u32,
 }
 
 /// Takes all live groups from the root to the leaves.
 pub(super) fn descend(bvh: &Bvh, shafts: &Shafts, party: &mut impl Party, stack: &mut [Waiting]) {
     count(|visits| visits.beams += 1);
-    let mut waiting = 1;
-    stack[0] = Waiting { groups: party.live(), ..Waiting::default() };
+    let mut waiting = enter_node(shafts, party, bvh, 0, party.live(), stack, 0);
     while waiting > 0 {
         waiting -= 1;
-        let next = stack[waiting];
-        let groups = next.groups & party.live();
+        let Waiting { child, groups } = stack[waiting];
+        let groups = groups & party.live();
         if groups == 0 {
             continue;
         }
-        match Child::unpack(next.child.index, next.child.meta) {
-            Child::Inner(node) => {
-                let node = &bvh.nodes[node as usize];
-                waiting = enter_node(shafts, party, node, groups, stack, waiting);
-            }
-            Child::Leaf { .. } => enter_leaf(bvh, shafts, party, groups, next.child),
+        let node = child.node(bvh);
+        if node.meta[child.slot()] & LEAF == 0 {
+            let index = node.index[child.slot()];
+            waiting = enter_node(shafts, party, bvh, index, groups, stack, waiting);
+        } else {
+            enter_leaf(bvh, shafts, party, groups, child);
         }
     }
 }
@@ -70,26 +92,27 @@ pub(super) fn descend(bvh: &Bvh, shafts: &Shafts, party: &mut impl Party, stack:
 fn enter_node(
     shafts: &Shafts,
     party: &impl Party,
-    node: &Node,
+    bvh: &Bvh,
+    index: u32,
     groups: u32,
     stack: &mut [Waiting],
     mut waiting: usize,
 ) -> usize {
     count(|visits| visits.nodes += 1);
-    let base = waiting;
+    let (base, node) = (waiting, &bvh.nodes[index as usize]);
     let (boxes, slots) =
         shafts.boxes(std::array::from_fn(|place| F32x8::load(&node.bounds[place])));
     for slot in ones(slots) {
         let turned = one_box(&boxes, slot);
         let mut met = shafts.groups(&turned) & groups;
-        for index in ones(met) {
+        for group in ones(met) {
             count(|visits| visits.box_groups += 1);
-            if !party.meets_box(index, &turned, node, slot) {
-                met &= !(1 << index);
+            if !party.meets_box(group, &turned, node, slot) {
+                met &= !(1 << group);
             }
         }
         if met != 0 {
-            let child = LeafRef { index: node.index[slot], meta: node.meta[slot] };
+            let child = Place { node: index, slot: slot as u32 };
             stack[waiting] = Waiting { child, groups: met };
             waiting += 1;
         }
@@ -104,22 +127,23 @@ pub(super) fn enter_leaf<P: Party>(
     shafts: &Shafts,
     party: &mut P,
     groups: u32,
-    at: LeafRef,
+    at: Place,
 ) {
-    let Child::Leaf { kind, first, count } = Child::unpack(at.index, at.meta) else { return };
+    let (node, slot) = (at.node(bvh), at.slot());
+    let Child::Leaf { kind, first, count } = node.child(slot) else { return };
     let leaves = &bvh.leaves;
     let met = match kind {
         PrimKind::Triangle => {
             let leaf = Leaf::new(&leaves.triangles, first, count);
-            meet_all(shafts, party, groups, &leaf, P::triangle)
+            meet_all(shafts, party, groups, (node, slot), &leaf, P::triangle)
         }
         PrimKind::Quad => {
             let leaf = Leaf::new(&leaves.quads, first, count);
-            meet_all(shafts, party, groups, &leaf, P::quad)
+            meet_all(shafts, party, groups, (node, slot), &leaf, P::quad)
         }
         PrimKind::Sphere => {
             let leaf = Leaf::new(&leaves.spheres, first, count);
-            meet_all(shafts, party, groups, &leaf, P::sphere)
+            meet_all(shafts, party, groups, (node, slot), &leaf, P::sphere)
         }
     };
     if met {
@@ -132,13 +156,17 @@ fn meet_all<P: Party, const FIELDS: usize>(
     shafts: &Shafts,
     party: &mut P,
     groups: u32,
+    (node, slot): (&Node, usize),
     leaf: &Leaf<'_, FIELDS>,
     meet: impl Fn(&mut P, usize, &Bounds<F32x16>, &[f32; FIELDS]) -> bool,
 ) -> bool {
     count(|visits| visits.leaves += 1);
+    let (groups, mut any) = party.apart(groups, node, slot, leaf);
+    if groups == 0 {
+        return any;
+    }
     let (boxes, places) = shafts.boxes(leaf.bounds());
     let lanes = leaf.lanes.map(F32x8::to_array);
-    let mut any = false;
     for place in ones(places & ((1 << leaf.count) - 1)) {
         let turned = one_box(&boxes, place);
         let met = shafts.groups(&turned) & groups & party.live();

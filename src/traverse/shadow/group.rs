@@ -28,17 +28,24 @@ impl Aim {
     /// From the points to the light, in a scene of this extent. Meaningful if all is finite.
     pub(super) fn new(points: &Points<'_>, light: AreaLight, scene_extent: f32) -> Self {
         let center = light.corner + (light.edge_u + light.edge_v) * 0.5;
-        let (mut sum, mut farthest) = ([0.0; 3], 0.0_f32);
+        let zero = F32x16::splat(0.0);
+        let (mut sum, mut farthest) = ([0.0; 3], zero);
         for (axis, positions) in points.position.iter().enumerate() {
-            for &at in positions.iter().filter(|at| at.is_finite()) {
-                sum[axis] += center[axis] - at;
-                farthest = farthest.max(at.abs());
+            let mut sums = zero;
+            for start in (0..positions.len()).step_by(LANES) {
+                let at = loaded(positions, start, (positions.len() - start).min(LANES));
+                let size = Lanes::abs(at);
+                let finite = Lanes::le(size, F32x16::splat(f32::MAX));
+                let off = F32x16::splat(center[axis]) - at;
+                sums += Lanes::select(finite, off, zero);
+                farthest = Lanes::max(Lanes::select(finite, size, zero), farthest);
             }
+            sum[axis] = sums.reduce_add();
         }
         let main = (0..3).fold(0, |a, b| if sum[b].abs() > sum[a].abs() { b } else { a });
         let axes = BeamAxes { main, mirrored: sum[main] < 0.0 };
         let reach = light.corner.abs() + light.edge_u.abs() + light.edge_v.abs();
-        let extent = scene_extent + farthest + reach.max_element();
+        let extent = scene_extent + farthest.reduce_max() + reach.max_element();
         // Twice: directions of samples are as far off from the corners' as beams may be themselves.
         let margin = 2.0 * beam_margin(extent);
         let corners = light.corners().map(|corner| axes.turn(corner)[2]);

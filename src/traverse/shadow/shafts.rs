@@ -1,6 +1,7 @@
 //! Shafts of sixteen groups, and the one around all of them: which boxes they may meet.
 
 use super::group::Aim;
+use crate::bvh::Node;
 use crate::kernels::{Beam, Bounds};
 use crate::simd::{F32x8, F32x16, LaneMask, Lanes};
 
@@ -38,6 +39,14 @@ impl Shafts {
         let met = self.all.meets(&turned, F32x8::splat(self.aim.end)).bits();
         let ([a, b, c], [d, e, f]) = (turned.min, turned.max);
         ([a, b, c, d, e, f].map(F32x8::to_array), met)
+    }
+
+    /// The groups that may meet the box in slot `slot` of a node.
+    #[inline(always)]
+    pub(super) fn groups_at(&self, node: &Node, slot: usize) -> u32 {
+        let plane = |place: usize| F32x16::splat(node.bounds[place][slot]);
+        let planes = [plane(0), plane(1), plane(2), plane(3), plane(4), plane(5)];
+        self.groups(&self.aim.axes.turn_box(planes))
     }
 
     /// The groups that may meet a box.

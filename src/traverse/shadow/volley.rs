@@ -4,13 +4,14 @@
 //! mostly stands before its neighbours, too. A bundle whose rays all end there needs no descent.
 
 use super::bundle::Bundle;
-use super::descent::{LeafRef, Party, Waiting, descend, enter_leaf};
+use super::descent::{Party, Place, Waiting, descend, enter_leaf};
 use super::group::Aim;
 use super::shafts::{Beams, GROUPS, Shafts};
-use crate::bvh::{Bvh, Node};
+use crate::bvh::{Bvh, LEAF, Node};
 use crate::kernels::Bounds;
 use crate::simd::F32x16;
-use crate::traverse::stack_size;
+use crate::traverse::tile::Leaf;
+use crate::traverse::{ones, stack_size};
 
 /// How many leaves are entered first.
 const RECENT: usize = 16;
@@ -18,14 +19,16 @@ const RECENT: usize = 16;
 /// Up to sixteen bundles.
 pub(super) struct Volley<'a> {
     bvh: &'a Bvh,
-    bundles: Vec<Bundle>,
+    /// The first [`Volley::len`] count.
+    bundles: [Bundle; GROUPS],
+    len: usize,
     beams: Beams,
     /// The bundles with a ray that has met nothing.
     live: u32,
     /// The leaves in which this volley met something.
-    met: Vec<LeafRef>,
+    met: Vec<Place>,
     /// Those of the volley before.
-    recent: Vec<LeafRef>,
+    recent: Vec<Place>,
     stack: Vec<Waiting>,
 }
 
@@ -33,7 +36,8 @@ impl<'a> Volley<'a> {
     pub(super) fn new(bvh: &'a Bvh) -> Self {
         Self {
             bvh,
-            bundles: Vec::with_capacity(GROUPS),
+            bundles: [Bundle::empty(); GROUPS],
+            len: 0,
             beams: Beams::new(),
             live: 0,
             met: Vec::with_capacity(RECENT),
@@ -44,13 +48,15 @@ impl<'a> Volley<'a> {
 
     /// True if no bundle has room.
     pub(super) fn is_full(&self) -> bool {
-        self.bundles.len() == GROUPS
+        self.len == GROUPS
     }
 
     /// Adds the rays from `origin` along `dir`, the lanes in `active`, all of which `aim` bounds.
     #[inline(always)]
     pub(super) fn push(&mut self, aim: &Aim, origin: [F32x16; 3], dir: [F32x16; 3], active: u32) {
-        let bundle = Bundle::new(origin, dir, active, self.bvh.extent);
+        let place = self.len;
+        let bundle = &mut self.bundles[place];
+        bundle.load(origin, dir, active, self.bvh.extent);
         let axes = aim.axes;
         let [mut low, mut high] = bundle.range(|ray| axes.turn(ray.origin));
         low.iter_mut().for_each(|part| *part -= aim.margin);
@@ -59,10 +65,9 @@ impl<'a> Volley<'a> {
             let [a, b, forward] = axes.turn(ray.dir);
             [a / forward, b / forward]
         });
-        let place = self.bundles.len();
         self.beams.set(place, [low, high], slopes);
         self.live |= u32::from(bundle.live() != 0) << place;
-        self.bundles.push(bundle);
+        self.len += 1;
     }
 
     /// Traces all bundles, gives for each the lanes whose rays have met nothing, and takes them out.
@@ -75,8 +80,11 @@ impl<'a> Volley<'a> {
                 if self.live == 0 {
                     break;
                 }
-                let (bvh, live, leaf) = (self.bvh, self.live, self.recent[place]);
-                enter_leaf(bvh, &shafts, self, live, leaf);
+                let (bvh, leaf) = (self.bvh, self.recent[place]);
+                let groups = shafts.groups_at(leaf.node(bvh), leaf.slot()) & self.live;
+                if groups != 0 {
+                    enter_leaf(bvh, &shafts, self, groups, leaf);
+                }
             }
             if self.live != 0 {
                 let mut stack = std::mem::take(&mut self.stack);
@@ -84,8 +92,8 @@ impl<'a> Volley<'a> {
                 self.stack = stack;
             }
         }
-        self.bundles.iter().for_each(|bundle| give(bundle.seen()));
-        self.bundles.clear();
+        self.bundles[..self.len].iter().for_each(|bundle| give(bundle.seen()));
+        self.len = 0;
         self.beams = Beams::new();
         self.live = 0;
     }
@@ -104,9 +112,32 @@ impl Party for Volley<'_> {
         self.live
     }
 
+    /// Few rays against many primitives are tested ray by ray, all primitives side by side.
+    #[inline(always)]
+    fn apart<const FIELDS: usize>(
+        &mut self,
+        groups: u32,
+        node: &Node,
+        slot: usize,
+        leaf: &Leaf<'_, FIELDS>,
+    ) -> (u32, bool) {
+        let (mut rest, mut any) = (groups, false);
+        for group in ones(groups) {
+            let lanes = self.bundles[group].lanes_in_box(node, slot);
+            if 2 * lanes.count_ones() <= leaf.count {
+                rest &= !(1 << group);
+                if lanes != 0 {
+                    any |= self.meet(group, |bundle| bundle.singly(lanes, leaf));
+                }
+            }
+        }
+        (rest, any)
+    }
+
     #[inline(always)]
     fn meets_box(&self, group: usize, _: &Bounds<F32x16>, node: &Node, slot: usize) -> bool {
-        self.bundles[group].meets_box(node, slot)
+        // Those of leaves are tested when they are entered: then fewer rays are left.
+        node.meta[slot] & LEAF != 0 || self.bundles[group].lanes_in_box(node, slot) != 0
     }
 
     #[inline(always)]
@@ -125,7 +156,7 @@ impl Party for Volley<'_> {
     }
 
     #[inline(always)]
-    fn leaf_met(&mut self, leaf: LeafRef) {
+    fn leaf_met(&mut self, leaf: Place) {
         if self.met.len() < RECENT && !self.met.contains(&leaf) {
             self.met.push(leaf);
         }
