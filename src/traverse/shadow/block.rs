@@ -4,10 +4,10 @@ use std::ops::Range;
 
 use super::descent::{Party, Waiting, descend};
 use super::group::{Aim, LANES, PointGroup, around};
-use super::shafts::{GROUPS, Shafts};
+use super::shafts::{GROUPS, Shafts, Turned, one_box};
 use super::{Query, Seen};
 use crate::bvh::{Bvh, Node};
-use crate::kernels::{Bounds, Pyramids, Verdict};
+use crate::kernels::{Pyramids, Verdict};
 use crate::points::{LightSamples, SHADOW_T_MAX};
 use crate::simd::{F32x16, LaneMask};
 use crate::traverse::{ones, stack_size};
@@ -101,11 +101,11 @@ impl<'a, S: LightSamples + ?Sized> Block<'a, S> {
     fn meet(
         &mut self,
         index: usize,
-        turned: &Bounds<F32x16>,
+        (boxes, slot): (&Turned, usize),
         verdict: impl FnOnce(&Pyramids<F32x16>) -> Verdict<F32x16>,
     ) -> bool {
         let group = &mut self.groups[index];
-        let points = group.beam.meets(turned, self.end).bits() & group.live;
+        let points = group.beam.meets(&one_box(boxes, slot), self.end).bits() & group.live;
         if points == 0 {
             return false;
         }
@@ -118,31 +118,31 @@ impl<'a, S: LightSamples + ?Sized> Block<'a, S> {
     }
 }
 
-impl<S: LightSamples + ?Sized> Party for Block<'_, S> {
+impl<S: LightSamples + ?Sized> Party<Shafts> for Block<'_, S> {
     fn live(&self) -> u32 {
         self.live
     }
 
     #[inline(always)]
-    fn meets_box(&self, group: usize, turned: &Bounds<F32x16>, _: &Node, _: usize) -> bool {
+    fn meets_box(&self, group: usize, boxes: &Turned, _: &Node, slot: usize) -> bool {
         let group = &self.groups[group];
-        group.beam.meets(turned, self.end).bits() & group.live != 0
+        group.beam.meets(&one_box(boxes, slot), self.end).bits() & group.live != 0
     }
 
     #[inline(always)]
-    fn triangle(&mut self, group: usize, turned: &Bounds<F32x16>, fields: &[f32; 9]) -> bool {
-        self.meet(group, turned, |view| view.triangle(corners(fields), SHADOW_T_MAX))
+    fn triangle(&mut self, group: usize, at: (&Turned, usize), fields: &[f32; 9]) -> bool {
+        self.meet(group, at, |view| view.triangle(corners(fields), SHADOW_T_MAX))
     }
 
     #[inline(always)]
-    fn quad(&mut self, group: usize, turned: &Bounds<F32x16>, fields: &[f32; 12]) -> bool {
-        self.meet(group, turned, |view| view.quad(corners(fields), SHADOW_T_MAX))
+    fn quad(&mut self, group: usize, at: (&Turned, usize), fields: &[f32; 12]) -> bool {
+        self.meet(group, at, |view| view.quad(corners(fields), SHADOW_T_MAX))
     }
 
     #[inline(always)]
-    fn sphere(&mut self, group: usize, turned: &Bounds<F32x16>, fields: &[f32; 4]) -> bool {
+    fn sphere(&mut self, group: usize, at: (&Turned, usize), fields: &[f32; 4]) -> bool {
         let [x, y, z, radius] = *fields;
-        self.meet(group, turned, |view| view.sphere([x, y, z], radius, SHADOW_T_MAX))
+        self.meet(group, at, |view| view.sphere([x, y, z], radius, SHADOW_T_MAX))
     }
 }
 

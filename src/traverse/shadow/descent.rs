@@ -4,16 +4,15 @@
 //! against the groups' shafts in sixteen, and then by the groups that are left themselves. In a leaf
 //! the boxes of its primitives go the same way.
 
-use super::shafts::{Shafts, one_box};
+use super::shafts::Cull;
 use crate::bvh::{Bvh, Child, LEAF, Node, PrimKind};
-use crate::kernels::Bounds;
-use crate::simd::{F32x8, F32x16, Lanes};
+use crate::simd::{F32x8, Lanes};
 use crate::traverse::ones;
 use crate::traverse::tile::Leaf;
 use crate::traverse::visits::count;
 
-/// Groups that go down the tree together.
-pub(super) trait Party {
+/// Groups that go down the tree together, culled by `C`.
+pub(super) trait Party<C: Cull> {
     /// The groups that are not settled.
     fn live(&self) -> u32;
     /// Tests a leaf, in slot `slot` of `node`, with those groups that are better tested in another
@@ -27,15 +26,15 @@ pub(super) trait Party {
     ) -> (u32, bool) {
         (groups, false)
     }
-    /// True if a member of a group may meet the box in slot `slot` of `node`, which in the axes of
-    /// the shafts is `turned`.
-    fn meets_box(&self, group: usize, turned: &Bounds<F32x16>, node: &Node, slot: usize) -> bool;
-    /// Tests a triangle, `v0.x .. v2.z`, with its box. True if it settled somebody.
-    fn triangle(&mut self, group: usize, turned: &Bounds<F32x16>, fields: &[f32; 9]) -> bool;
+    /// True if a member of a group may meet the box in slot `slot` of `node`, which is one of `boxes`,
+    /// too.
+    fn meets_box(&self, group: usize, boxes: &C::Boxes, node: &Node, slot: usize) -> bool;
+    /// Tests a triangle, `v0.x .. v2.z`, whose box is box `place`. True if it settled somebody.
+    fn triangle(&mut self, group: usize, at: (&C::Boxes, usize), fields: &[f32; 9]) -> bool;
     /// Tests a quad, its corners in order around it, likewise.
-    fn quad(&mut self, group: usize, turned: &Bounds<F32x16>, fields: &[f32; 12]) -> bool;
+    fn quad(&mut self, group: usize, at: (&C::Boxes, usize), fields: &[f32; 12]) -> bool;
     /// Tests a sphere, centre and radius, likewise.
-    fn sphere(&mut self, group: usize, turned: &Bounds<F32x16>, fields: &[f32; 4]) -> bool;
+    fn sphere(&mut self, group: usize, at: (&C::Boxes, usize), fields: &[f32; 4]) -> bool;
     /// Hears of a leaf that settled somebody.
     fn leaf_met(&mut self, _leaf: Place) {}
 }
@@ -67,7 +66,12 @@ pub(super) struct Waiting {
 }
 
 /// Takes all live groups from the root to the leaves.
-pub(super) fn descend(bvh: &Bvh, shafts: &Shafts, party: &mut impl Party, stack: &mut [Waiting]) {
+pub(super) fn descend<C: Cull>(
+    bvh: &Bvh,
+    shafts: &C,
+    party: &mut impl Party<C>,
+    stack: &mut [Waiting],
+) {
     count(|visits| visits.beams += 1);
     let mut waiting = enter_node(shafts, party, bvh, 0, party.live(), stack, 0);
     while waiting > 0 {
@@ -89,9 +93,9 @@ pub(super) fn descend(bvh: &Bvh, shafts: &Shafts, party: &mut impl Party, stack:
 
 /// Puts the children that some group may meet on the stack, the largest on top.
 #[inline(always)]
-fn enter_node(
-    shafts: &Shafts,
-    party: &impl Party,
+fn enter_node<C: Cull>(
+    shafts: &C,
+    party: &impl Party<C>,
     bvh: &Bvh,
     index: u32,
     groups: u32,
@@ -103,11 +107,10 @@ fn enter_node(
     let (boxes, slots) =
         shafts.boxes(std::array::from_fn(|place| F32x8::load(&node.bounds[place])));
     for slot in ones(slots) {
-        let turned = one_box(&boxes, slot);
-        let mut met = shafts.groups(&turned) & groups;
+        let mut met = shafts.groups(&boxes, slot) & groups;
         for group in ones(met) {
             count(|visits| visits.box_groups += 1);
-            if !party.meets_box(group, &turned, node, slot) {
+            if !party.meets_box(group, &boxes, node, slot) {
                 met &= !(1 << group);
             }
         }
@@ -122,9 +125,9 @@ fn enter_node(
 }
 
 /// Tests the primitives of a leaf with the groups in `groups`.
-pub(super) fn enter_leaf<P: Party>(
+pub(super) fn enter_leaf<C: Cull, P: Party<C>>(
     bvh: &Bvh,
-    shafts: &Shafts,
+    shafts: &C,
     party: &mut P,
     groups: u32,
     at: Place,
@@ -152,13 +155,13 @@ pub(super) fn enter_leaf<P: Party>(
 }
 
 #[inline(always)]
-fn meet_all<P: Party, const FIELDS: usize>(
-    shafts: &Shafts,
+fn meet_all<C: Cull, P: Party<C>, const FIELDS: usize>(
+    shafts: &C,
     party: &mut P,
     groups: u32,
     (node, slot): (&Node, usize),
     leaf: &Leaf<'_, FIELDS>,
-    meet: impl Fn(&mut P, usize, &Bounds<F32x16>, &[f32; FIELDS]) -> bool,
+    meet: impl Fn(&mut P, usize, (&C::Boxes, usize), &[f32; FIELDS]) -> bool,
 ) -> bool {
     count(|visits| visits.leaves += 1);
     let (groups, mut any) = party.apart(groups, node, slot, leaf);
@@ -168,8 +171,7 @@ fn meet_all<P: Party, const FIELDS: usize>(
     let (boxes, places) = shafts.boxes(leaf.bounds());
     let lanes = leaf.lanes.map(F32x8::to_array);
     for place in ones(places & ((1 << leaf.count) - 1)) {
-        let turned = one_box(&boxes, place);
-        let met = shafts.groups(&turned) & groups & party.live();
+        let met = shafts.groups(&boxes, place) & groups & party.live();
         if met == 0 {
             continue;
         }
@@ -177,7 +179,7 @@ fn meet_all<P: Party, const FIELDS: usize>(
         let fields: [f32; FIELDS] = std::array::from_fn(|field| lanes[field][place & 7]);
         for index in ones(met) {
             count(|visits| visits.primitive_groups += 1);
-            if meet(party, index, &turned, &fields) {
+            if meet(party, index, (&boxes, place), &fields) {
                 count(|visits| visits.met_groups += 1);
                 any = true;
             }

@@ -6,7 +6,7 @@ use super::group::{Aim, LANES, loaded};
 use super::placed::facing;
 use super::rays::SampleRays;
 use super::shafts::GROUPS;
-use super::volley::Volley;
+use super::volley::{Apex, Volley};
 use super::{BLOCK_POINTS, Query, Seen};
 use crate::bvh::Bvh;
 use crate::points::LightSamples;
@@ -49,7 +49,7 @@ pub(super) fn trace<S: LightSamples + ?Sized>(
             fits[group] = fit;
         }
         let mut groups = fits.iter().zip(block.step_by(LANES));
-        volley.trace(&aim, |seen| {
+        volley.trace(&aim, Apex::End(query.light.corner.to_array()), |seen| {
             let Some((&fit, start)) = groups.next() else { return };
             for lane in ones(fit) {
                 done(start + lane, if seen >> lane & 1 != 0 { Seen::All } else { Seen::None });

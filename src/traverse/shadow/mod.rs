@@ -25,6 +25,7 @@ mod placed;
 mod rays;
 mod sampled;
 mod shafts;
+mod sight;
 mod volley;
 
 use std::ops::Range;

@@ -2,7 +2,8 @@
 
 use super::group::Aim;
 use super::placed::Placed;
-use super::volley::Volley;
+use super::shafts::GROUPS;
+use super::volley::{Apex, Volley};
 use super::{Query, Seen};
 use crate::bvh::Bvh;
 use crate::points::LightSamples;
@@ -38,9 +39,13 @@ impl<'a> Sampled<'a> {
         aim: &Aim,
         point: usize,
     ) {
+        // A point that fills volleys has them for itself.
+        let alone = self.placed.registers() >= GROUPS;
         let Self { volley, placed, points, waiting, masks } = self;
         points.push(point);
-        let origin = query.points.position.map(|part| F32x16::splat(part[point]));
+        let origin = query.points.position.map(|part| part[point]);
+        let apex = if alone { Apex::Start(origin) } else { Apex::None };
+        let origin = origin.map(F32x16::splat);
         placed.each(query, point, |dir, active| {
             masks.push(0);
             if active != 0 {
@@ -48,14 +53,17 @@ impl<'a> Sampled<'a> {
                 volley.push(aim, origin, dir, active);
             }
             if volley.is_full() {
-                trace(volley, aim, waiting, masks);
+                trace(volley, aim, apex, waiting, masks);
             }
         });
+        if alone {
+            trace(volley, aim, apex, waiting, masks);
+        }
     }
 
     /// Traces all that waits and gives the points. To be called before another aim is used.
     pub(super) fn finish(&mut self, aim: &Aim, done: &mut impl FnMut(usize, Seen<'_>)) {
-        trace(&mut self.volley, aim, &mut self.waiting, &mut self.masks);
+        trace(&mut self.volley, aim, Apex::None, &mut self.waiting, &mut self.masks);
         let registers = self.placed.registers();
         for (&point, masks) in self.points.iter().zip(self.masks.chunks(registers)) {
             done(point, Seen::Masks(masks));
@@ -65,9 +73,15 @@ impl<'a> Sampled<'a> {
     }
 }
 
-fn trace(volley: &mut Volley<'_>, aim: &Aim, waiting: &mut Vec<usize>, masks: &mut [u16]) {
+fn trace(
+    volley: &mut Volley<'_>,
+    aim: &Aim,
+    apex: Apex,
+    waiting: &mut Vec<usize>,
+    masks: &mut [u16],
+) {
     let mut places = waiting.drain(..);
-    volley.trace(aim, |seen| {
+    volley.trace(aim, apex, |seen| {
         if let Some(place) = places.next() {
             masks[place] = seen as u16;
         }

@@ -1,12 +1,21 @@
 //! Shafts of sixteen groups, and the one around all of them: which boxes they may meet.
 
 use super::group::Aim;
-use crate::bvh::Node;
 use crate::kernels::{Beam, Bounds};
 use crate::simd::{F32x8, F32x16, LaneMask, Lanes};
 
 /// How many groups go down the tree together: one a lane of the widest test.
 pub(super) const GROUPS: usize = 16;
+
+/// Culls boxes for up to sixteen groups. None turns away a box that a member of a group meets.
+pub(super) trait Cull {
+    /// Eight boxes made ready.
+    type Boxes;
+    /// Makes boxes (`min.x .. max.z`) ready; a bit for each that some group may meet.
+    fn boxes(&self, bounds: [F32x8; 6]) -> (Self::Boxes, u32);
+    /// The groups that may meet box `slot`.
+    fn groups(&self, boxes: &Self::Boxes, slot: usize) -> u32;
+}
 
 /// A beam for each of up to sixteen groups, and the one around all of them.
 pub(super) struct Shafts {
@@ -30,29 +39,22 @@ impl Shafts {
         };
         Self { aim, groups, all }
     }
+}
 
-    /// Boxes (`min.x .. max.z`) in the axes of the shafts, and a bit for each that some shaft may
-    /// meet.
+impl Cull for Shafts {
+    type Boxes = Turned;
+
     #[inline(always)]
-    pub(super) fn boxes(&self, bounds: [F32x8; 6]) -> (Turned, u32) {
+    fn boxes(&self, bounds: [F32x8; 6]) -> (Turned, u32) {
         let turned = self.aim.axes.turn_box(bounds);
         let met = self.all.meets(&turned, F32x8::splat(self.aim.end)).bits();
         let ([a, b, c], [d, e, f]) = (turned.min, turned.max);
         ([a, b, c, d, e, f].map(F32x8::to_array), met)
     }
 
-    /// The groups that may meet the box in slot `slot` of a node.
     #[inline(always)]
-    pub(super) fn groups_at(&self, node: &Node, slot: usize) -> u32 {
-        let plane = |place: usize| F32x16::splat(node.bounds[place][slot]);
-        let planes = [plane(0), plane(1), plane(2), plane(3), plane(4), plane(5)];
-        self.groups(&self.aim.axes.turn_box(planes))
-    }
-
-    /// The groups that may meet a box.
-    #[inline(always)]
-    pub(super) fn groups(&self, bounds: &Bounds<F32x16>) -> u32 {
-        self.groups.meets(bounds, F32x16::splat(self.aim.end)).bits()
+    fn groups(&self, boxes: &Turned, slot: usize) -> u32 {
+        self.groups.meets(&one_box(boxes, slot), F32x16::splat(self.aim.end)).bits()
     }
 }
 
@@ -92,6 +94,17 @@ impl Beams {
             self.slope_max[axis][group] = slopes[1][axis];
         }
         self.start[group] = origin[0][2];
+    }
+
+    /// The smallest and the largest slopes.
+    pub(super) fn slopes(&self) -> ([F32x16; 2], [F32x16; 2]) {
+        let load = |lanes: [f32; GROUPS]| F32x16::load(&lanes);
+        (self.slope_min.map(load), self.slope_max.map(load))
+    }
+
+    /// Where each group starts along the main axis, less the margin.
+    pub(super) fn start(&self) -> F32x16 {
+        F32x16::load(&self.start)
     }
 
     pub(super) fn beam(&self) -> Beam<F32x16> {

@@ -6,15 +6,23 @@
 use super::bundle::Bundle;
 use super::descent::{Party, Place, Waiting, descend, enter_leaf};
 use super::group::Aim;
-use super::shafts::{Beams, GROUPS, Shafts};
+use super::shafts::{Beams, Cull, GROUPS, Shafts};
+use super::sight::Sight;
 use crate::bvh::{Bvh, LEAF, Node};
-use crate::kernels::Bounds;
-use crate::simd::F32x16;
+use crate::simd::{F32x8, F32x16, Lanes};
 use crate::traverse::tile::Leaf;
 use crate::traverse::{ones, stack_size};
 
 /// How many leaves are entered first.
 const RECENT: usize = 16;
+
+/// A point that all rays of a volley have in common.
+#[derive(Clone, Copy, Debug)]
+pub(super) enum Apex {
+    None,
+    Start([f32; 3]),
+    End([f32; 3]),
+}
 
 /// Up to sixteen bundles.
 pub(super) struct Volley<'a> {
@@ -71,31 +79,43 @@ impl<'a> Volley<'a> {
     }
 
     /// Traces all bundles, gives for each the lanes whose rays have met nothing, and takes them out.
-    pub(super) fn trace(&mut self, aim: &Aim, mut give: impl FnMut(u32)) {
+    pub(super) fn trace(&mut self, aim: &Aim, apex: Apex, mut give: impl FnMut(u32)) {
         if self.live != 0 && !self.bvh.nodes.is_empty() {
-            let shafts = Shafts::new(*aim, self.beams.beam());
-            std::mem::swap(&mut self.met, &mut self.recent);
-            self.met.clear();
-            for place in 0..self.recent.len() {
-                if self.live == 0 {
-                    break;
-                }
-                let (bvh, leaf) = (self.bvh, self.recent[place]);
-                let groups = shafts.groups_at(leaf.node(bvh), leaf.slot()) & self.live;
-                if groups != 0 {
-                    enter_leaf(bvh, &shafts, self, groups, leaf);
-                }
-            }
-            if self.live != 0 {
-                let mut stack = std::mem::take(&mut self.stack);
-                descend(self.bvh, &shafts, self, &mut stack);
-                self.stack = stack;
+            match apex {
+                Apex::None => self.trace_in(&Shafts::new(*aim, self.beams.beam())),
+                Apex::Start(at) => self.trace_in(&Sight::from_point(aim, at, &self.beams)),
+                Apex::End(at) => self.trace_in(&Sight::to_point(aim, at, &self.beams)),
             }
         }
         self.bundles[..self.len].iter().for_each(|bundle| give(bundle.seen()));
         self.len = 0;
         self.beams = Beams::new();
         self.live = 0;
+    }
+
+    fn trace_in<C: Cull>(&mut self, shafts: &C) {
+        let bvh = self.bvh;
+        std::mem::swap(&mut self.met, &mut self.recent);
+        self.met.clear();
+        for recent in 0..self.recent.len() {
+            if self.live == 0 {
+                return;
+            }
+            let leaf = self.recent[recent];
+            let bounds = leaf.node(bvh).bounds;
+            let (boxes, met) = shafts.boxes(std::array::from_fn(|at| F32x8::load(&bounds[at])));
+            if met >> leaf.slot() & 1 != 0 {
+                let groups = shafts.groups(&boxes, leaf.slot()) & self.live;
+                if groups != 0 {
+                    enter_leaf(bvh, shafts, self, groups, leaf);
+                }
+            }
+        }
+        if self.live != 0 {
+            let mut stack = std::mem::take(&mut self.stack);
+            descend(bvh, shafts, self, &mut stack);
+            self.stack = stack;
+        }
     }
 
     #[inline(always)]
@@ -107,7 +127,7 @@ impl<'a> Volley<'a> {
     }
 }
 
-impl Party for Volley<'_> {
+impl<C: Cull> Party<C> for Volley<'_> {
     fn live(&self) -> u32 {
         self.live
     }
@@ -135,23 +155,23 @@ impl Party for Volley<'_> {
     }
 
     #[inline(always)]
-    fn meets_box(&self, group: usize, _: &Bounds<F32x16>, node: &Node, slot: usize) -> bool {
+    fn meets_box(&self, group: usize, _: &C::Boxes, node: &Node, slot: usize) -> bool {
         // Those of leaves are tested when they are entered: then fewer rays are left.
         node.meta[slot] & LEAF != 0 || self.bundles[group].lanes_in_box(node, slot) != 0
     }
 
     #[inline(always)]
-    fn triangle(&mut self, group: usize, _: &Bounds<F32x16>, fields: &[f32; 9]) -> bool {
+    fn triangle(&mut self, group: usize, _: (&C::Boxes, usize), fields: &[f32; 9]) -> bool {
         self.meet(group, |bundle| bundle.triangle(fields))
     }
 
     #[inline(always)]
-    fn quad(&mut self, group: usize, _: &Bounds<F32x16>, fields: &[f32; 12]) -> bool {
+    fn quad(&mut self, group: usize, _: (&C::Boxes, usize), fields: &[f32; 12]) -> bool {
         self.meet(group, |bundle| bundle.quad(fields))
     }
 
     #[inline(always)]
-    fn sphere(&mut self, group: usize, _: &Bounds<F32x16>, fields: &[f32; 4]) -> bool {
+    fn sphere(&mut self, group: usize, _: (&C::Boxes, usize), fields: &[f32; 4]) -> bool {
         self.meet(group, |bundle| bundle.sphere(fields))
     }
 
