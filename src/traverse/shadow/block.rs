@@ -90,9 +90,8 @@ impl<'a, S: LightSamples + ?Sized> Block<'a, S> {
             group.unsure |= group.live & !group.faces;
             let lit = group.live & group.faces;
             let here = (self.points.end - start).min(LANES);
-            for lane in ones(((1 << here) - 1) & !group.unsure) {
-                done(start + lane, if lit >> lane & 1 != 0 { Seen::All } else { Seen::None });
-            }
+            let points = ((1 << here) - 1) & !group.unsure;
+            done(start, Seen::Wholly { points, seen: lit });
         }
     }
 

@@ -98,14 +98,14 @@ impl Bundle {
         &self,
         of: impl Fn(&ScaledRay<F32x16>) -> [F32x16; N],
     ) -> [[f32; N]; 2] {
-        let values = of(&self.ray);
-        let among = |other: f32| {
-            values.map(|lanes| Lanes::select(self.ray.valid, lanes, F32x16::splat(other)))
-        };
-        [
-            among(f32::INFINITY).map(|lanes| lanes.reduce_min()),
-            among(f32::NEG_INFINITY).map(|lanes| lanes.reduce_max()),
-        ]
+        let (inf, neg) = (F32x16::splat(f32::INFINITY), F32x16::splat(f32::NEG_INFINITY));
+        let mut range = [[0.0; N]; 2];
+        // Loops, since a `map` is not always inlined.
+        for (place, lanes) in of(&self.ray).into_iter().enumerate() {
+            range[0][place] = Lanes::select(self.ray.valid, lanes, inf).reduce_min();
+            range[1][place] = Lanes::select(self.ray.valid, lanes, neg).reduce_max();
+        }
+        range
     }
 
     /// The lanes whose rays meet the box in slot `slot`.

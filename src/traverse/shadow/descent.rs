@@ -169,7 +169,10 @@ fn meet_all<C: Cull, P: Party<C>, const FIELDS: usize>(
         return any;
     }
     let (boxes, places) = shafts.boxes(leaf.bounds());
-    let lanes = leaf.lanes.map(F32x8::to_array);
+    let mut lanes = [[0.0; 8]; FIELDS];
+    for (to, from) in lanes.iter_mut().zip(&leaf.lanes) {
+        from.store(to);
+    }
     for place in ones(places & ((1 << leaf.count) - 1)) {
         let met = shafts.groups(&boxes, place) & groups & party.live();
         if met == 0 {

@@ -10,7 +10,7 @@ use super::volley::{Apex, Volley};
 use super::{BLOCK_POINTS, Query, Seen};
 use crate::bvh::Bvh;
 use crate::points::LightSamples;
-use crate::simd::{F32x16, LaneMask, Lanes};
+use crate::simd::{F32x16, LaneMask};
 use crate::traverse::ones;
 
 /// The largest share of the scene's size over which the points of a bundle may be spread, both axes
@@ -40,27 +40,18 @@ pub(super) fn trace<S: LightSamples + ?Sized>(
             let facing = facing(query.points.normal.map(|normal| normal.map(load)), &dir);
             let all = (1_u32 << count) - 1;
             let mut fit = aim.fit([aim.axes.turn(dir)]).bits() & all;
-            let [a, b, _] = aim.axes.turn(origin);
-            if spread(a, fit) + spread(b, fit) > largest {
+            if volley.push(&aim, origin, dir, fit & facing) > largest {
+                volley.pop();
+                volley.push(&aim, origin, dir, 0);
                 fit = 0;
             }
-            volley.push(&aim, origin, dir, fit & facing);
             ones(all & !fit).for_each(|lane| rays.add(bvh, query, start + lane, done));
             fits[group] = fit;
         }
         let mut groups = fits.iter().zip(block.step_by(LANES));
         volley.trace(&aim, Apex::End(query.light.corner.to_array()), |seen| {
             let Some((&fit, start)) = groups.next() else { return };
-            for lane in ones(fit) {
-                done(start + lane, if seen >> lane & 1 != 0 { Seen::All } else { Seen::None });
-            }
+            done(start, Seen::Wholly { points: fit, seen });
         });
     }
-}
-
-/// How far the lanes of `among` are apart.
-fn spread(lanes: F32x16, among: u32) -> f32 {
-    let among = F32x16::mask(among);
-    let or = |other| Lanes::select(among, lanes, F32x16::splat(other));
-    or(f32::NEG_INFINITY).reduce_max() - or(f32::INFINITY).reduce_min()
 }

@@ -63,8 +63,9 @@ pub(crate) struct Query<'a, S: ?Sized> {
 /// Which samples a point sees.
 #[derive(Clone, Copy, Debug)]
 pub(crate) enum Seen<'a> {
-    All,
-    None,
+    /// Of sixteen points from the given one: those that are given, one bit each, and those among them
+    /// that see all samples; the others see none.
+    Wholly { points: u32, seen: u32 },
     /// One bit a sample, sixteen samples in each number.
     Masks(&'a [u16]),
 }

@@ -48,8 +48,12 @@ impl Cull for Shafts {
     fn boxes(&self, bounds: [F32x8; 6]) -> (Turned, u32) {
         let turned = self.aim.axes.turn_box(bounds);
         let met = self.all.meets(&turned, F32x8::splat(self.aim.end)).bits();
-        let ([a, b, c], [d, e, f]) = (turned.min, turned.max);
-        ([a, b, c, d, e, f].map(F32x8::to_array), met)
+        let mut boxes = [[0.0; 8]; 6];
+        for axis in 0..3 {
+            turned.min[axis].store(&mut boxes[axis]);
+            turned.max[axis].store(&mut boxes[axis + 3]);
+        }
+        (boxes, met)
     }
 
     #[inline(always)]

@@ -59,16 +59,26 @@ impl<'a> Volley<'a> {
         self.len == GROUPS
     }
 
-    /// Adds the rays from `origin` along `dir`, the lanes in `active`, all of which `aim` bounds.
+    /// Adds the rays from `origin` along `dir`, the lanes in `active`, all of which `aim` bounds. Returns
+    /// how far the origins are apart, both axes across added.
     #[inline(always)]
-    pub(super) fn push(&mut self, aim: &Aim, origin: [F32x16; 3], dir: [F32x16; 3], active: u32) {
+    pub(super) fn push(
+        &mut self,
+        aim: &Aim,
+        origin: [F32x16; 3],
+        dir: [F32x16; 3],
+        active: u32,
+    ) -> f32 {
         let place = self.len;
         let bundle = &mut self.bundles[place];
         bundle.load(origin, dir, active, self.bvh.extent);
         let axes = aim.axes;
         let [mut low, mut high] = bundle.range(|ray| axes.turn(ray.origin));
-        low.iter_mut().for_each(|part| *part -= aim.margin);
-        high.iter_mut().for_each(|part| *part += aim.margin);
+        let spread = (high[0] - low[0]) + (high[1] - low[1]);
+        for axis in 0..3 {
+            low[axis] -= aim.margin;
+            high[axis] += aim.margin;
+        }
         let slopes = bundle.range(|ray| {
             let [a, b, forward] = axes.turn(ray.dir);
             [a / forward, b / forward]
@@ -76,6 +86,18 @@ impl<'a> Volley<'a> {
         self.beams.set(place, [low, high], slopes);
         self.live |= u32::from(bundle.live() != 0) << place;
         self.len += 1;
+        spread
+    }
+
+    /// Takes out what was added last.
+    pub(super) fn pop(&mut self) {
+        self.len -= 1;
+        self.live &= !(1 << self.len);
+        self.beams.set(
+            self.len,
+            [[f32::INFINITY; 3], [f32::NEG_INFINITY; 3]],
+            [[f32::INFINITY; 2], [f32::NEG_INFINITY; 2]],
+        );
     }
 
     /// Traces all bundles, gives for each the lanes whose rays have met nothing, and takes them out.
