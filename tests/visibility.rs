@@ -1,6 +1,9 @@
 //! What points see of a light is what `occluded` says of the same rays, bit for bit.
 
+mod made;
+
 use glam::Vec3;
+use made::random::rounds;
 use octray::*;
 
 /// A small generator of numbers, the same on every machine (Vigna 2015, splitmix64).
@@ -188,9 +191,10 @@ fn light(random: &mut Random, style: Style, scale: f32) -> LightShape {
     }
 }
 
-fn run(seed: u64, style: Style, rounds: usize) {
+fn run(seed: u64, style: Style, usual: u64) {
     let mut random = Random(seed);
     let mut counts = [0; 2];
+    let rounds = rounds(usual) as usize;
     for round in 0..rounds {
         let scale = if style == Style::Grid { 1.0 } else { 10_f32.powf(random.signed() * 4.0) };
         let scene = scene(&mut random, style, scale);
@@ -277,6 +281,37 @@ fn pictures() {
         }
         case.check(&scene, &light);
     }
+}
+
+/// Point lights: rows of neighbours, in bundles, and points all over the scene, which go one by one.
+#[test]
+fn point_lights() {
+    let mut random = Random(7);
+    let mut counts = [0; 2];
+    for round in 0..rounds(300) as usize {
+        let style = [Style::Grid, Style::Chaos, Style::Slivers, Style::Large][round % 4];
+        let scale = if style == Style::Grid { 1.0 } else { 10_f32.powf(random.signed() * 4.0) };
+        let scene = scene(&mut random, style, scale);
+        let light = LightShape::Point(random.vec() * scale * 4.0);
+        let per_point = if round % 7 == 0 { 3 } else { 1 };
+        let mut case = Case { per_point, ..Case::default() };
+        let spread = [0.02, 0.2, 3.0][round % 3] * scale;
+        let middle = random.vec() * scale * 2.0;
+        for point in 0..1300 {
+            let along = (point % 64) as f32 / 64.0 - 0.5;
+            let position = match random.below(90) {
+                0 => Vec3::splat(f32::NAN),
+                1 => light.at(0.0, 0.0),
+                _ if style == Style::Grid => random.grid(6),
+                _ => middle + Vec3::new(along, random.signed() * 0.1, 0.3 * along) * spread,
+            };
+            let normal = random.vec();
+            case.push(&mut random, position, normal);
+        }
+        let of_round = case.check(&scene, &light);
+        counts = [counts[0] + of_round[0], counts[1] + of_round[1]];
+    }
+    assert!(counts.iter().all(|&count| count > 50_000), "{counts:?}");
 }
 
 /// A tilted light with a wall as tilted close behind it, and then close before it.
