@@ -89,13 +89,15 @@ impl Beams {
     /// maxima.
     #[inline(always)]
     pub(super) fn set(&mut self, group: usize, origin: [[f32; 3]; 2], slopes: [[f32; 2]; 2]) {
-        for axis in 0..3 {
-            self.min[axis][group] = origin[0][axis];
-            self.max[axis][group] = origin[1][axis];
+        let [low, high] = origin;
+        for (axis, (low, high)) in low.into_iter().zip(high).enumerate() {
+            self.min[axis][group] = low;
+            self.max[axis][group] = high;
         }
-        for axis in 0..2 {
-            self.slope_min[axis][group] = slopes[0][axis];
-            self.slope_max[axis][group] = slopes[1][axis];
+        let [low, high] = slopes;
+        for (axis, (low, high)) in low.into_iter().zip(high).enumerate() {
+            self.slope_min[axis][group] = low;
+            self.slope_max[axis][group] = high;
         }
         self.start[group] = origin[0][2];
     }

@@ -89,15 +89,10 @@ impl<'a> Volley<'a> {
         spread
     }
 
-    /// Takes out what was added last.
+    /// Takes out what was added last; another bundle must come in its place.
     pub(super) fn pop(&mut self) {
         self.len -= 1;
         self.live &= !(1 << self.len);
-        self.beams.set(
-            self.len,
-            [[f32::INFINITY; 3], [f32::NEG_INFINITY; 3]],
-            [[f32::INFINITY; 2], [f32::NEG_INFINITY; 2]],
-        );
     }
 
     /// Traces all bundles, gives for each the lanes whose rays have met nothing, and takes them out.
