@@ -8,8 +8,13 @@
 //! 2. A primitive that is left is tested against the pyramids from sixteen points to the light
 //!    ([`crate::kernels::Pyramids`]): some it misses, some it covers wholly.
 //! 3. A point that some primitive neither misses nor covers for sure is in penumbra, or behind many
-//!    small primitives. Its samples are placed and go as rays of a batch ([`rays`]). So do those of
-//!    points whose directions to the light spread too far for shafts, or are not finite.
+//!    small primitives. Its samples are placed, sixteen make a bundle of rays, and sixteen bundles go
+//!    down the tree as a volley ([`volley`]), culled by beams ([`shafts`]) or, around an apex, by
+//!    rectangles of slopes ([`sight`]). The leaves in which the volley before met something come first.
+//! 4. Points whose directions to the light spread too far for shafts, or are not finite, go as rays of
+//!    a batch ([`rays`]).
+//!
+//! Points that look at a point light are bundles at once, sixteen points each ([`hard`]).
 //!
 //! A point that nothing was between sees the whole light without one ray, and one that a single
 //! primitive covers is dark without one.
