@@ -203,6 +203,24 @@ class Scene:
         threads: int = 0,
     ) -> NDArray[np.bool_]:
         """Whether each ray hits anything, (n,). Takes what `intersect` takes."""
+    def visibility(
+        self,
+        points: ArrayLike,
+        light: ArrayLike,
+        samples: ArrayLike = 16,
+        normals: ArrayLike | None = None,
+        seed: int = 0,
+        threads: int = 0,
+    ) -> NDArray[np.float32]:
+        """The fraction of a light that each point sees, (n,).
+
+        points has the shape (n, 3) and lies off the surfaces. light is a point, (3,), or a corner
+        and two edges of a parallelogram, (3, 3). samples says how many points of the light each
+        point looks at, in stratified sets that follow from the point's number and seed; or it is an
+        array (n, s, 2) of places along the edges, from 0 to 1. With normals, (n, 3), samples behind
+        the surface are not seen. A sample is seen exactly if `occluded` is false for the ray from
+        the point to it, t from 0 to 1 - 1e-4.
+        """
     @property
     def geometries(self) -> list[Mesh | Spheres | Quads]:
         """What the scene was made of, in the order of geom_id."""

@@ -9,6 +9,7 @@ use made::{CHAOS_KINDS, RAY_KINDS, Random, chaos, rays, run};
 use octray::geometry::Aabb;
 use octray::kernels::{
     Met, ScaledRay, SlabRay, intersect_quad, intersect_sphere, intersect_triangle,
+    occluded_by_sphere,
 };
 use octray::simd::{F32x8, F32x16, LaneMask, Lanes};
 use octray::{Quads, Ray, Spheres};
@@ -217,4 +218,45 @@ fn slabs_never_contradict_kernels() {
         met
     });
     assert!(tried > 1_000_000, "only {tried} hits");
+}
+
+/// The kernel for shadow rays says of a sphere what the one for hits says.
+#[test]
+fn spheres_occlude_where_they_are_met() {
+    fn occluded<F: Lanes>(rays: &[Ray], center: Vec3, radius: f32, active: u32) -> u32 {
+        let ray = scaled::<F>(rays, active);
+        occluded_by_sphere(&ray, center.to_array().map(F::splat), F::splat(radius), ray.valid)
+    }
+    let met = run("occluding spheres", 13, 200_000, |random, number| {
+        let shapes = chaos(random, number % CHAOS_KINDS, 16);
+        let batch = rays(random, &shapes, random_kind(number), 16);
+        let mut rays: [Ray; 16] = std::array::from_fn(|lane| batch.as_rays().get(lane));
+        let mut hits = 0;
+        for shape in &shapes.0 {
+            let Shape::Sphere(center, radius) = *shape else { continue };
+            // Ends within a hair of the sphere are where floats can't tell.
+            if random.once_in(2) {
+                for ray in &mut rays {
+                    let length = ray.dir.length();
+                    let distance = (center - ray.origin).length() + radius * random.signed();
+                    ray.t_max = distance / length * (1.0 + 1.0e-6 * random.signed());
+                }
+            }
+            let active = random.next() as u32 & 0xffff;
+            let numbers = [Numbers::Sphere(center, radius); 16];
+            let found = meet::<F32x16>(&rays, &numbers, active);
+            let lanes = found.iter().enumerate();
+            let expected = lanes.fold(0, |bits, (at, met)| bits | u32::from(met.is_some()) << at);
+            let at = format!("{rays:?} {center} {radius}");
+            assert_eq!(occluded::<F32x16>(&rays, center, radius, active), expected, "{at}");
+            for half in [0, 8] {
+                let (rays, active) = (&rays[half..], active >> half & 0xff);
+                let found = occluded::<F32x8>(rays, center, radius, active);
+                assert_eq!(found, expected >> half & 0xff, "{at}");
+            }
+            hits += u64::from(expected.count_ones());
+        }
+        hits
+    });
+    assert!(met > 500_000, "only {met} hits");
 }

@@ -255,6 +255,38 @@ fn pictures() {
     });
 }
 
+/// Point lights: rows of neighbours, in bundles, and points all over the scene, which go one by one.
+#[test]
+fn point_lights() {
+    let hidden = AtomicU64::new(0);
+    let tried = run("visibility, point lights", 88, 300, |random, round| {
+        let style = [Style::Grid, Style::Chaos, Style::Slivers, Style::Large][round % 4];
+        let scale = if style == Style::Grid { 1.0 } else { 10_f32.powf(random.signed() * 4.0) };
+        let scene = scene(random, style, scale);
+        let light = LightShape::Point(random.vec() * scale * 4.0);
+        let per_point = if round % 7 == 0 { 3 } else { 1 };
+        let mut case = Case { per_point, ..Case::default() };
+        let spread = [0.02, 0.2, 3.0][round % 3] * scale;
+        let middle = random.vec() * scale * 2.0;
+        for point in 0..1300 {
+            let along = (point % 64) as f32 / 64.0 - 0.5;
+            let position = match random.below(90) {
+                0 => Vec3::splat(f32::NAN),
+                1 => light.at(0.0, 0.0),
+                _ if style == Style::Grid => random.grid(6),
+                _ => middle + Vec3::new(along, random.signed() * 0.1, 0.3 * along) * spread,
+            };
+            let normal = random.vec();
+            case.push(random, position, normal);
+        }
+        let counts = case.check(&scene, &light);
+        hidden.fetch_add(counts[0] as u64, Ordering::Relaxed);
+        (counts[0] + counts[1]) as u64
+    });
+    let hidden = hidden.into_inner();
+    assert!(hidden * 20 > tried && hidden * 20 < 19 * tried, "{hidden} of {tried} are hidden");
+}
+
 /// A tilted light with a wall as tilted close behind it, and then close before it.
 #[test]
 fn walls_at_the_light() {

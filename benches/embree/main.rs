@@ -27,8 +27,8 @@ mod turns;
 use std::process::ExitCode;
 use std::time::Instant;
 
-use octray::HitBatch;
-use octray::workload::{Kind, Model, Query, Viewpoint, Workload};
+use octray::workload::{Kind, Model, Query, ShadowPoints, Viewpoint, Workload};
+use octray::{HitBatch, LightShape, RayBatch};
 
 use crate::calls::Call;
 use crate::clock::Clock;
@@ -143,13 +143,18 @@ fn measure_model(
         if workload.rays.is_empty() {
             continue;
         }
-        let points = match rays.kind {
-            Kind::Soft(samples) if !rays.shuffled => Some(view.shadow_points(samples)),
+        let shadows = match rays.kind {
+            _ if rays.shuffled => None,
+            Kind::Soft(samples) => Some((view.shadow_points(samples), model.stage.light)),
+            Kind::Hard => {
+                let light = LightShape::Point(model.stage.light.at(0.5, 0.5));
+                Some((one_sample_each(&workload.rays), light))
+            }
             _ => None,
         };
-        let visibility = points.as_ref().map(|points| Visibility {
+        let visibility = shadows.as_ref().map(|(points, light)| Visibility {
             scene: &scene,
-            light: model.stage.light,
+            light: *light,
             points,
         });
         for pool in pools {
@@ -175,4 +180,11 @@ fn measure_model(
         }
     }
     Ok(())
+}
+
+/// The points from which shadow rays to a point light start.
+fn one_sample_each(rays: &RayBatch) -> ShadowPoints {
+    let position = [rays.origin_x.clone(), rays.origin_y.clone(), rays.origin_z.clone()];
+    let (u, v) = (vec![0.5; rays.len()], vec![0.5; rays.len()]);
+    ShadowPoints { position, u, v, ..ShadowPoints::default() }
 }

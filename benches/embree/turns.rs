@@ -26,7 +26,7 @@ pub(crate) struct Field<'a> {
     pub(crate) scene: &'a Scene,
     pub(crate) embree: &'a [EmbreeScene<'a>],
     pub(crate) workload: &'a Workload,
-    /// The same rays as points and samples, if they are soft shadows.
+    /// The same rays as points and samples, if they are shadows of a light.
     pub(crate) visibility: Option<Visibility<'a>>,
     pub(crate) parallel: bool,
     pub(crate) turns: usize,
@@ -63,7 +63,7 @@ pub(crate) struct Row {
     pub(crate) ratio: Option<f64>,
     /// The smallest and the largest of them.
     pub(crate) ratio_range: Option<[f64; 2]>,
-    /// The median of octray's visibility query, on soft shadows.
+    /// The median of octray's visibility query, on shadows of a light.
     pub(crate) visibility: Option<f64>,
     /// The median of its rate over that of the best call.
     pub(crate) visibility_ratio: Option<f64>,

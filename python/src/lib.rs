@@ -3,6 +3,7 @@
 //! - `arrays`: reads what Python gives
 //! - `geometry`, `scene`, `hits`: the classes
 //! - `trace`: chunks of rays, from rows to the library's arrays and back
+//! - `visibility`: how much of a light points see
 //! - `render`: pictures of scene files
 //! - `threads`: one pool, and Ctrl-C
 
@@ -13,6 +14,7 @@ mod render;
 mod scene;
 mod threads;
 mod trace;
+mod visibility;
 
 use pyo3::prelude::*;
 

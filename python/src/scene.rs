@@ -10,6 +10,7 @@ use crate::geometry::{Geometry, Mesh, Quads, Spheres};
 use crate::hits::Hits;
 use crate::threads::{pool, thread_count};
 use crate::trace::Batch;
+use crate::visibility::Question;
 
 /// Geometry that rays can be traced against. Immutable; any number of Python threads may use it.
 ///
@@ -139,6 +140,32 @@ impl Scene {
     ) -> PyResult<Bound<'py, PyArray1<bool>>> {
         let threads = thread_count(py, threads)?;
         Batch::read(origins, directions, t_min, t_max)?.occluded(py, &self.scene, threads)
+    }
+
+    /// The fraction of a light that each point sees: float32, (n,).
+    ///
+    /// points has the shape (n, 3) and lies off the surfaces. light is a point, (3,), or a corner and
+    /// two edges of a parallelogram, (3, 3). samples says how many points of the light each point
+    /// looks at, in stratified sets that follow from the point's number and seed; or it is an array
+    /// (n, s, 2) of places along the edges, from 0 to 1. With normals, (n, 3), samples behind the
+    /// surface are not seen. A sample is seen exactly if `occluded` is false for the ray from the
+    /// point to it, t from 0 to 1 - 1e-4.
+    #[pyo3(signature = (points, light, samples=None, normals=None, seed=0, threads=0),
+        text_signature = "($self, points, light, samples=16, normals=None, seed=0, threads=0)")]
+    #[allow(clippy::too_many_arguments)]
+    fn visibility<'py>(
+        &self,
+        py: Python<'py>,
+        points: &Bound<'py, PyAny>,
+        light: &Bound<'py, PyAny>,
+        samples: Option<&Bound<'py, PyAny>>,
+        normals: Option<&Bound<'py, PyAny>>,
+        seed: u64,
+        threads: i64,
+    ) -> PyResult<Bound<'py, PyArray1<f32>>> {
+        let threads = thread_count(py, threads)?;
+        let question = Question::read(points, light, samples, normals, seed)?;
+        question.fractions(py, &self.scene, threads)
     }
 
     /// What the scene was made of, in the order of geom_id.

@@ -223,17 +223,20 @@ fn rows<'py>(py: Python<'py>, rows: Vec<[f32; 3]>) -> PyResult<Bound<'py, PyArra
 
 /// An array for a query to fill. NumPy's own `empty` takes huge pages for large ones and clears
 /// nothing: with `zeros` a tenth of the time of coherent rays went into clearing memory.
-fn empty<'py, T: Element>(py: Python<'py>, len: usize) -> PyResult<Bound<'py, PyArray1<T>>> {
+pub(crate) fn empty<'py, T: Element>(
+    py: Python<'py>,
+    len: usize,
+) -> PyResult<Bound<'py, PyArray1<T>>> {
     static EMPTY: PyOnceLock<Py<PyAny>> = PyOnceLock::new();
     let array = EMPTY.import(py, "numpy", "empty")?.call1((len, T::get_dtype(py)))?;
     Ok(array.cast_into()?)
 }
 
-fn chunk(len: usize, threads: usize) -> usize {
+pub(crate) fn chunk(len: usize, threads: usize) -> usize {
     len.div_ceil(4 * threads).next_multiple_of(SMALLEST_CHUNK).clamp(SMALLEST_CHUNK, CHUNK)
 }
 
-fn ranges(len: usize, chunk: usize) -> impl Iterator<Item = Range<usize>> + Send {
+pub(crate) fn ranges(len: usize, chunk: usize) -> impl Iterator<Item = Range<usize>> + Send {
     (0..len).step_by(chunk).map(move |start| start..(start + chunk).min(len))
 }
 
@@ -301,7 +304,7 @@ impl Scratch {
         let rows = [(&source.origins, &mut self.origin), (&source.directions, &mut self.dir)];
         for (from, to) in rows {
             if let Column::Each(values) = from {
-                transpose(values, &range, to);
+                transpose(values, &range, to.each_mut());
             }
         }
         for (from, to) in [(&source.t_min, &mut self.t_min), (&source.t_max, &mut self.t_max)] {
@@ -317,8 +320,9 @@ impl Scratch {
     }
 }
 
-fn transpose(from: &Values<'_>, range: &Range<usize>, to: &mut [Vec<f32>; 3]) {
-    fn rows<T: Copy>(from: &[T], [x, y, z]: &mut [Vec<f32>; 3], narrow: impl Fn(T) -> f32) {
+/// Rows of three values, as three arrays.
+pub(crate) fn transpose(from: &Values<'_>, range: &Range<usize>, to: [&mut Vec<f32>; 3]) {
+    fn rows<T: Copy>(from: &[T], [x, y, z]: [&mut Vec<f32>; 3], narrow: impl Fn(T) -> f32) {
         let rows = from.as_chunks::<3>().0;
         let len = rows.len();
         let (x, y, z) = (&mut x[..len], &mut y[..len], &mut z[..len]);

@@ -9,6 +9,7 @@
 
 mod beam;
 mod cone;
+mod occlusion;
 mod pyramid;
 mod quad;
 mod scaled;
@@ -18,6 +19,7 @@ mod triangle;
 
 pub use beam::{Beam, BeamAxes, Bounds, beam_margin};
 pub use cone::Footprint;
+pub use occlusion::occluded_by_sphere;
 pub use pyramid::{Pyramids, Verdict};
 pub use quad::intersect_quad;
 pub use scaled::{Projected, ScaledRay, Sheared};

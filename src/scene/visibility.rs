@@ -108,14 +108,20 @@ impl Scene {
         }
         let range = first..first + fraction.len();
         shadow::visibility(&self.bvh, query, range, |point, seen| {
-            fraction[point - first] = match seen {
-                Seen::All => 1.0,
-                Seen::None => 0.0,
+            let own = &mut fraction[point - first..];
+            match seen {
+                Seen::Wholly { points, seen } => {
+                    for (lane, fraction) in own.iter_mut().take(16).enumerate() {
+                        if points >> lane & 1 != 0 {
+                            *fraction = (seen >> lane & 1) as f32;
+                        }
+                    }
+                }
                 Seen::Masks(masks) => {
                     let seen: u32 = masks.iter().map(|mask| mask.count_ones()).sum();
-                    seen as f32 / count as f32
+                    own[0] = seen as f32 / count as f32;
                 }
-            };
+            }
         });
     }
 
@@ -132,16 +138,27 @@ impl Scene {
         }
         let range = first..first + seen.len() / count;
         shadow::visibility(&self.bvh, query, range, |point, which| {
-            let start = (point - first) * count;
-            let own = &mut seen[start..start + count];
+            let own = &mut seen[(point - first) * count..];
             match which {
-                Seen::All => own.fill(true),
-                Seen::None => own.fill(false),
-                Seen::Masks(masks) => {
-                    for (own, mask) in own.chunks_mut(16).zip(masks) {
-                        for (sample, seen) in own.iter_mut().enumerate() {
-                            *seen = mask >> sample & 1 != 0;
+                Seen::Wholly { points, seen } if count == 1 => {
+                    for (lane, own) in own.iter_mut().take(16).enumerate() {
+                        *own = if points >> lane & 1 != 0 { seen >> lane & 1 != 0 } else { *own };
+                    }
+                }
+                Seen::Wholly { points, seen } => {
+                    for (lane, own) in own.chunks_exact_mut(count).take(16).enumerate() {
+                        if points >> lane & 1 != 0 {
+                            own.fill(seen >> lane & 1 != 0);
                         }
+                    }
+                }
+                Seen::Masks(masks) => {
+                    let (whole, rest) = own[..count].as_chunks_mut::<16>();
+                    for (own, &mask) in whole.iter_mut().zip(masks) {
+                        *own = std::array::from_fn(|sample| mask >> sample & 1 != 0);
+                    }
+                    for (sample, own) in rest.iter_mut().enumerate() {
+                        *own = masks[masks.len() - 1] >> sample & 1 != 0;
                     }
                 }
             }

@@ -28,22 +28,46 @@ impl Aim {
     /// From the points to the light, in a scene of this extent. Meaningful if all is finite.
     pub(super) fn new(points: &Points<'_>, light: AreaLight, scene_extent: f32) -> Self {
         let center = light.corner + (light.edge_u + light.edge_v) * 0.5;
-        let (mut sum, mut farthest) = ([0.0; 3], 0.0_f32);
+        let zero = F32x16::splat(0.0);
+        let (mut sum, mut farthest) = ([0.0; 3], zero);
         for (axis, positions) in points.position.iter().enumerate() {
-            for &at in positions.iter().filter(|at| at.is_finite()) {
-                sum[axis] += center[axis] - at;
-                farthest = farthest.max(at.abs());
+            let mut sums = zero;
+            for start in (0..positions.len()).step_by(LANES) {
+                let at = loaded(positions, start, (positions.len() - start).min(LANES));
+                let size = Lanes::abs(at);
+                let finite = Lanes::le(size, F32x16::splat(f32::MAX));
+                let off = F32x16::splat(center[axis]) - at;
+                sums += Lanes::select(finite, off, zero);
+                farthest = Lanes::max(Lanes::select(finite, size, zero), farthest);
             }
+            sum[axis] = sums.reduce_add();
         }
         let main = (0..3).fold(0, |a, b| if sum[b].abs() > sum[a].abs() { b } else { a });
         let axes = BeamAxes { main, mirrored: sum[main] < 0.0 };
         let reach = light.corner.abs() + light.edge_u.abs() + light.edge_v.abs();
-        let extent = scene_extent + farthest + reach.max_element();
+        let extent = scene_extent + farthest.reduce_max() + reach.max_element();
         // Twice: directions of samples are as far off from the corners' as beams may be themselves.
         let margin = 2.0 * beam_margin(extent);
         let corners = light.corners().map(|corner| axes.turn(corner)[2]);
         let end = corners.into_iter().fold(f32::NEG_INFINITY, f32::max) + margin;
         Self { axes, extent, margin, end, light }
+    }
+
+    /// The lanes in which all directions, in the axes of the shafts, may be those of one shaft.
+    #[inline(always)]
+    pub(super) fn fit<const N: usize>(&self, dirs: [[F32x16; 3]; N]) -> <F32x16 as Lanes>::Mask {
+        let zero = F32x16::splat(0.0);
+        let mut fit = F32x16::mask(u32::MAX);
+        let mut sum = zero;
+        for [a, b, forward] in dirs {
+            let across = Lanes::max(Lanes::abs(a), Lanes::abs(b));
+            fit = fit
+                & Lanes::ge(forward, across * F32x16::splat(SMALLEST_FORWARD))
+                & Lanes::gt(forward, F32x16::splat(self.margin));
+            // Zero times NaN or infinity is NaN, and stays so in the sum.
+            sum += (a + b + forward) * zero;
+        }
+        fit & Lanes::eq(sum, zero)
     }
 }
 
@@ -67,6 +91,8 @@ pub(super) struct PointGroup {
     pub(super) faces: u32,
     /// The points that only rays can settle; at first those that have no shaft.
     pub(super) unsure: u32,
+    /// The points that have a shaft.
+    pub(super) fit: u32,
 }
 
 impl PointGroup {
@@ -77,11 +103,7 @@ impl PointGroup {
         count: usize,
         aim: &Aim,
     ) -> Self {
-        let load = |from: &[f32]| {
-            let mut lanes = [from[start]; LANES];
-            lanes[..count].copy_from_slice(&from[start..start + count]);
-            F32x16::load(&lanes)
-        };
+        let load = |from: &[f32]| loaded(from, start, count);
         let apex = query.points.position.map(load);
         let turned = aim.axes.turn(apex);
         let corners = aim.light.corners().map(|corner| {
@@ -91,13 +113,7 @@ impl PointGroup {
         let (inf, neg) = (F32x16::splat(f32::INFINITY), F32x16::splat(f32::NEG_INFINITY));
         let mut shortest = inf;
         let (mut slope_min, mut slope_max) = ([inf; 2], [neg; 2]);
-        let mut sum = F32x16::splat(0.0);
-        let mut fit = F32x16::mask(u32::MAX);
         for [a, b, forward] in corners {
-            let across = Lanes::max(Lanes::abs(a), Lanes::abs(b));
-            fit = fit & Lanes::ge(forward, across * F32x16::splat(SMALLEST_FORWARD));
-            // Zero times NaN or infinity is NaN, and stays so in the sum.
-            sum += (a + b + forward) * F32x16::splat(0.0);
             shortest = Lanes::min(shortest, forward);
             let inverse = F32x16::splat(1.0) / forward;
             for (axis, part) in [a, b].into_iter().enumerate() {
@@ -106,11 +122,8 @@ impl PointGroup {
                 slope_max[axis] = Lanes::max(slope_max[axis], slope);
             }
         }
-        let fit = fit
-            & Lanes::eq(sum, F32x16::splat(0.0))
-            & Lanes::gt(shortest, F32x16::splat(aim.margin));
         let all = (1_u32 << count) - 1;
-        let fit = fit.bits() & all;
+        let fit = aim.fit(corners).bits() & all;
         let light = [aim.light.corner, aim.light.edge_u, aim.light.edge_v];
         let view = Pyramids::new(apex, light.map(|v| v.to_array()), aim.extent, shortest);
         let (faces, hidden) = match query.points.normal {
@@ -135,8 +148,19 @@ impl PointGroup {
             slope_max: slope_max.map(|slope| or(slope, neg)),
             start: or(turned[2] - margin, inf),
         };
-        Self { beam, view, live: fit & !hidden, faces: faces & all, unsure: all & !fit }
+        Self { beam, view, live: fit & !hidden, faces: faces & all, unsure: all & !fit, fit }
     }
+}
+
+/// The values from `start` on, `count` of them; the other lanes repeat the first.
+#[inline(always)]
+pub(super) fn loaded(from: &[f32], start: usize, count: usize) -> F32x16 {
+    if count == LANES {
+        return F32x16::load(&from[start..]);
+    }
+    let mut lanes = [from[start]; LANES];
+    lanes[..count].copy_from_slice(&from[start..start + count]);
+    F32x16::load(&lanes)
 }
 
 /// The beam around the beams of all lanes, lane by lane of the result: `beams[lane]`.

@@ -8,8 +8,13 @@
 //! 2. A primitive that is left is tested against the pyramids from sixteen points to the light
 //!    ([`crate::kernels::Pyramids`]): some it misses, some it covers wholly.
 //! 3. A point that some primitive neither misses nor covers for sure is in penumbra, or behind many
-//!    small primitives. Its samples are placed and go as rays of a batch ([`rays`]). So do those of
-//!    points whose directions to the light spread too far for shafts, or are not finite.
+//!    small primitives. Its samples are placed, sixteen make a bundle of rays, and sixteen bundles go
+//!    down the tree as a volley ([`volley`]), culled by beams ([`shafts`]) or, around an apex, by
+//!    rectangles of slopes ([`sight`]). The leaves in which the volley before met something come first.
+//! 4. Points whose directions to the light spread too far for shafts, or are not finite, go as rays of
+//!    a batch ([`rays`]).
+//!
+//! Points that look at a point light are bundles at once, sixteen points each ([`hard`]).
 //!
 //! A point that nothing was between sees the whole light without one ray, and one that a single
 //! primitive covers is dark without one.
@@ -17,8 +22,16 @@
 //! Invariant: a sample is unseen exactly if its ray is occluded, bit for bit.
 
 mod block;
+mod bundle;
+mod descent;
 mod group;
+mod hard;
+mod placed;
 mod rays;
+mod sampled;
+mod shafts;
+mod sight;
+mod volley;
 
 use std::ops::Range;
 
@@ -26,11 +39,12 @@ use glam::Vec3;
 
 use self::block::Block;
 use self::rays::SampleRays;
+use self::sampled::Sampled;
 use crate::bvh::Bvh;
 use crate::points::{LightSamples, Points};
 
-/// How many points a block has: sixteen groups of sixteen.
-pub(crate) const BLOCK_POINTS: usize = 256;
+/// How many points a block has.
+pub(crate) const BLOCK_POINTS: usize = block::BLOCK_POINTS;
 
 /// Fewer samples than this are traced as rays: a register of lanes would be mostly empty.
 const FEWEST_SAMPLES: usize = 4;
@@ -54,8 +68,9 @@ pub(crate) struct Query<'a, S: ?Sized> {
 /// Which samples a point sees.
 #[derive(Clone, Copy, Debug)]
 pub(crate) enum Seen<'a> {
-    All,
-    None,
+    /// Of sixteen points from the given one: those that are given, one bit each, and those among them
+    /// that see all samples; the others see none.
+    Wholly { points: u32, seen: u32 },
     /// One bit a sample, sixteen samples in each number.
     Masks(&'a [u16]),
 }
@@ -70,14 +85,19 @@ pub(crate) fn visibility<S: LightSamples + ?Sized>(
     let samples = query.samples.per_point();
     let mut rays = SampleRays::new(samples);
     let is_point = query.light.edge_u == Vec3::ZERO && query.light.edge_v == Vec3::ZERO;
-    if samples < FEWEST_SAMPLES || is_point {
+    if is_point {
+        hard::trace(bvh, query, range, &mut rays, &mut done);
+    } else if samples < FEWEST_SAMPLES {
         range.for_each(|point| rays.add(bvh, query, point, &mut done));
     } else {
         let mut block = Block::new(bvh, query);
+        let mut sampled = Sampled::new(bvh, samples);
         for start in range.clone().step_by(BLOCK_POINTS) {
             let end = (start + BLOCK_POINTS).min(range.end);
-            block.trace(start..end, &mut done);
-            block.unsettled().for_each(|point| rays.add(bvh, query, point, &mut done));
+            let aim = block.trace(start..end, &mut done);
+            block.unsettled().for_each(|point| sampled.add(query, &aim, point));
+            sampled.finish(&aim, &mut done);
+            block.unfit().for_each(|point| rays.add(bvh, query, point, &mut done));
         }
     }
     rays.trace(bvh, &mut done);

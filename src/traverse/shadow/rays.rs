@@ -1,19 +1,15 @@
 //! Points whose samples go as rays of a batch, the samples of a point one after the other.
-//!
-//! Rays are made sixteen at a time, with the operations of `LightShape::at` and in its order.
 
-use super::{AreaLight, Query, Seen};
+use super::placed::{LANES, Placed};
+use super::{Query, Seen};
 use crate::bvh::Bvh;
-use crate::points::{LightSamples, Points, SHADOW_T_MAX};
+use crate::points::{LightSamples, SHADOW_T_MAX};
 use crate::ray::RayBatch;
-use crate::simd::{F32x16, LaneMask, Lanes};
+use crate::simd::F32x16;
 use crate::traverse::batch;
 
 /// How many rays are traced at once, about: some tiles, whose arrays stay in the cache.
 const BATCH_RAYS: usize = 2048;
-
-/// Samples in one mask.
-const LANES: usize = 16;
 
 /// Rays that wait, and the points that they belong to.
 pub(super) struct SampleRays {
@@ -22,24 +18,18 @@ pub(super) struct SampleRays {
     occluded: Vec<bool>,
     /// The samples that have a ray, then those that are seen: for each point as many as it takes.
     masks: Vec<u16>,
-    /// How many samples a point has, and room for whole registers of them.
-    samples: usize,
-    u: Vec<f32>,
-    v: Vec<f32>,
+    placed: Placed,
 }
 
 impl SampleRays {
     /// For points of so many samples.
     pub(super) fn new(samples: usize) -> Self {
-        let padded = samples.next_multiple_of(LANES);
         Self {
             points: Vec::new(),
             rays: RayBatch::with_capacity(BATCH_RAYS + samples),
             occluded: Vec::new(),
             masks: Vec::new(),
-            samples,
-            u: vec![0.0; padded],
-            v: vec![0.0; padded],
+            placed: Placed::new(samples),
         }
     }
 
@@ -51,41 +41,16 @@ impl SampleRays {
         point: usize,
         done: &mut impl FnMut(usize, Seen<'_>),
     ) {
-        let samples = self.samples;
         self.points.push(point);
-        query.samples.place(point, &mut self.u[..samples], &mut self.v[..samples]);
+        let Self { rays, masks, placed, .. } = self;
         let origin = query.points.position.map(|part| part[point]);
-        for start in (0..samples).step_by(LANES) {
-            let (u, v) = (F32x16::load(&self.u[start..]), F32x16::load(&self.v[start..]));
-            let dir = query.light.directions(origin, u, v);
-            let active = (1_u32 << (samples - start).min(LANES)) - 1;
-            let mask = (facing(&query.points, point, &dir) & active) as u16;
-            self.masks.push(mask);
-            self.push(origin, dir, mask);
-        }
+        placed.each(query, point, |dir, active| {
+            masks.push(active as u16);
+            push(rays, origin, dir, active as u16);
+        });
         if self.rays.len() >= BATCH_RAYS {
             self.trace(bvh, done);
         }
-    }
-
-    /// Appends the rays of the lanes in `mask`.
-    fn push(&mut self, origin: [f32; 3], dir: [F32x16; 3], mask: u16) {
-        let rays = &mut self.rays;
-        let to = [&mut rays.dir_x, &mut rays.dir_y, &mut rays.dir_z];
-        for (to, lanes) in to.into_iter().zip(dir) {
-            let lanes = lanes.to_array();
-            if mask == u16::MAX {
-                to.extend_from_slice(&lanes);
-            } else {
-                to.extend((0..LANES).filter(|lane| mask >> lane & 1 != 0).map(|lane| lanes[lane]));
-            }
-        }
-        let len = rays.dir_x.len();
-        rays.origin_x.resize(len, origin[0]);
-        rays.origin_y.resize(len, origin[1]);
-        rays.origin_z.resize(len, origin[2]);
-        rays.t_min.resize(len, 0.0);
-        rays.t_max.resize(len, SHADOW_T_MAX);
     }
 
     /// Traces all that wait.
@@ -107,7 +72,7 @@ impl SampleRays {
                 lanes &= lanes - 1;
             }
         }
-        let per_point = self.samples.div_ceil(LANES);
+        let per_point = self.placed.registers();
         for (index, &point) in self.points.iter().enumerate() {
             done(point, Seen::Masks(&self.masks[index * per_point..][..per_point]));
         }
@@ -117,27 +82,21 @@ impl SampleRays {
     }
 }
 
-impl AreaLight {
-    /// From a point to samples of the light.
-    #[inline(always)]
-    fn directions(&self, origin: [f32; 3], u: F32x16, v: F32x16) -> [F32x16; 3] {
-        let (zero, one) = (F32x16::splat(0.0), F32x16::splat(1.0));
-        // Of NaN, `max` gives the other.
-        let inside = |at| Lanes::min(Lanes::max(at, zero), one);
-        let (u, v) = (inside(u), inside(v));
-        std::array::from_fn(|axis| {
-            let part = |of: glam::Vec3| F32x16::splat(of[axis]);
-            let target = part(self.corner) + part(self.edge_u) * u + part(self.edge_v) * v;
-            target - F32x16::splat(origin[axis])
-        })
+/// Appends the rays of the lanes in `mask`.
+fn push(rays: &mut RayBatch, origin: [f32; 3], dir: [F32x16; 3], mask: u16) {
+    let to = [&mut rays.dir_x, &mut rays.dir_y, &mut rays.dir_z];
+    for (to, lanes) in to.into_iter().zip(dir) {
+        let lanes = lanes.to_array();
+        if mask == u16::MAX {
+            to.extend_from_slice(&lanes);
+        } else {
+            to.extend((0..LANES).filter(|lane| mask >> lane & 1 != 0).map(|lane| lanes[lane]));
+        }
     }
-}
-
-/// The lanes that leave the surface of a point on its outer side: the operations of
-/// [`Points::faces`].
-#[inline(always)]
-fn facing(points: &Points<'_>, point: usize, dir: &[F32x16; 3]) -> u32 {
-    let Some(normal) = points.normal else { return u32::MAX };
-    let part = |axis: usize| dir[axis] * F32x16::splat(normal[axis][point]);
-    Lanes::gt(part(0) + part(1) + part(2), F32x16::splat(0.0)).bits()
+    let len = rays.dir_x.len();
+    rays.origin_x.resize(len, origin[0]);
+    rays.origin_y.resize(len, origin[1]);
+    rays.origin_z.resize(len, origin[2]);
+    rays.t_min.resize(len, 0.0);
+    rays.t_max.resize(len, SHADOW_T_MAX);
 }

@@ -1,0 +1,201 @@
+//! A volley: up to sixteen bundles of shadow rays that go down the tree together.
+//!
+//! The leaves in which the volley before met something are entered first: what stands before a point
+//! mostly stands before its neighbours, too. A bundle whose rays all end there needs no descent.
+
+use super::bundle::Bundle;
+use super::descent::{Party, Place, Waiting, descend, enter_leaf};
+use super::group::Aim;
+use super::shafts::{Beams, Cull, GROUPS, Shafts};
+use super::sight::Sight;
+use crate::bvh::{Bvh, LEAF, Node};
+use crate::simd::{F32x8, F32x16, Lanes};
+use crate::traverse::tile::Leaf;
+use crate::traverse::{ones, stack_size};
+
+/// How many leaves are entered first.
+const RECENT: usize = 16;
+
+/// A point that all rays of a volley have in common.
+#[derive(Clone, Copy, Debug)]
+pub(super) enum Apex {
+    None,
+    Start([f32; 3]),
+    End([f32; 3]),
+}
+
+/// Up to sixteen bundles.
+pub(super) struct Volley<'a> {
+    bvh: &'a Bvh,
+    /// The first [`Volley::len`] count.
+    bundles: [Bundle; GROUPS],
+    len: usize,
+    beams: Beams,
+    /// The bundles with a ray that has met nothing.
+    live: u32,
+    /// The leaves in which this volley met something.
+    met: Vec<Place>,
+    /// Those of the volley before.
+    recent: Vec<Place>,
+    stack: Vec<Waiting>,
+}
+
+impl<'a> Volley<'a> {
+    pub(super) fn new(bvh: &'a Bvh) -> Self {
+        Self {
+            bvh,
+            bundles: [Bundle::empty(); GROUPS],
+            len: 0,
+            beams: Beams::new(),
+            live: 0,
+            met: Vec::with_capacity(RECENT),
+            recent: Vec::with_capacity(RECENT),
+            stack: vec![Waiting::default(); stack_size(bvh)],
+        }
+    }
+
+    /// True if no bundle has room.
+    pub(super) fn is_full(&self) -> bool {
+        self.len == GROUPS
+    }
+
+    /// Adds the rays from `origin` along `dir`, the lanes in `active`, all of which `aim` bounds. Returns
+    /// how far the origins are apart, both axes across added.
+    #[inline(always)]
+    pub(super) fn push(
+        &mut self,
+        aim: &Aim,
+        origin: [F32x16; 3],
+        dir: [F32x16; 3],
+        active: u32,
+    ) -> f32 {
+        let place = self.len;
+        let bundle = &mut self.bundles[place];
+        bundle.load(origin, dir, active, self.bvh.extent);
+        let axes = aim.axes;
+        let [mut low, mut high] = bundle.range(|ray| axes.turn(ray.origin));
+        let spread = (high[0] - low[0]) + (high[1] - low[1]);
+        for axis in 0..3 {
+            low[axis] -= aim.margin;
+            high[axis] += aim.margin;
+        }
+        let slopes = bundle.range(|ray| {
+            let [a, b, forward] = axes.turn(ray.dir);
+            [a / forward, b / forward]
+        });
+        self.beams.set(place, [low, high], slopes);
+        self.live |= u32::from(bundle.live() != 0) << place;
+        self.len += 1;
+        spread
+    }
+
+    /// Takes out what was added last; another bundle must come in its place.
+    pub(super) fn pop(&mut self) {
+        self.len -= 1;
+        self.live &= !(1 << self.len);
+    }
+
+    /// Traces all bundles, gives for each the lanes whose rays have met nothing, and takes them out.
+    pub(super) fn trace(&mut self, aim: &Aim, apex: Apex, mut give: impl FnMut(u32)) {
+        if self.live != 0 && !self.bvh.nodes.is_empty() {
+            match apex {
+                Apex::None => self.trace_in(&Shafts::new(*aim, self.beams.beam())),
+                Apex::Start(at) => self.trace_in(&Sight::from_point(aim, at, &self.beams)),
+                Apex::End(at) => self.trace_in(&Sight::to_point(aim, at, &self.beams)),
+            }
+        }
+        self.bundles[..self.len].iter().for_each(|bundle| give(bundle.seen()));
+        self.len = 0;
+        self.beams = Beams::new();
+        self.live = 0;
+    }
+
+    fn trace_in<C: Cull>(&mut self, shafts: &C) {
+        let bvh = self.bvh;
+        std::mem::swap(&mut self.met, &mut self.recent);
+        self.met.clear();
+        for recent in 0..self.recent.len() {
+            if self.live == 0 {
+                return;
+            }
+            let leaf = self.recent[recent];
+            let bounds = leaf.node(bvh).bounds;
+            let (boxes, met) = shafts.boxes(std::array::from_fn(|at| F32x8::load(&bounds[at])));
+            if met >> leaf.slot() & 1 != 0 {
+                let groups = shafts.groups(&boxes, leaf.slot()) & self.live;
+                if groups != 0 {
+                    enter_leaf(bvh, shafts, self, groups, leaf);
+                }
+            }
+        }
+        if self.live != 0 {
+            let mut stack = std::mem::take(&mut self.stack);
+            descend(bvh, shafts, self, &mut stack);
+            self.stack = stack;
+        }
+    }
+
+    #[inline(always)]
+    fn meet(&mut self, index: usize, test: impl FnOnce(&mut Bundle) -> bool) -> bool {
+        let bundle = &mut self.bundles[index];
+        let met = test(bundle);
+        self.live &= !(u32::from(bundle.live() == 0) << index);
+        met
+    }
+}
+
+impl<C: Cull> Party<C> for Volley<'_> {
+    fn live(&self) -> u32 {
+        self.live
+    }
+
+    /// Few rays against many primitives are tested ray by ray, all primitives side by side.
+    #[inline(always)]
+    fn apart<const FIELDS: usize>(
+        &mut self,
+        groups: u32,
+        node: &Node,
+        slot: usize,
+        leaf: &Leaf<'_, FIELDS>,
+    ) -> (u32, bool) {
+        let (mut rest, mut any) = (groups, false);
+        for group in ones(groups) {
+            let lanes = self.bundles[group].lanes_in_box(node, slot);
+            if 2 * lanes.count_ones() <= leaf.count {
+                rest &= !(1 << group);
+                if lanes != 0 {
+                    any |= self.meet(group, |bundle| bundle.singly(lanes, leaf));
+                }
+            }
+        }
+        (rest, any)
+    }
+
+    #[inline(always)]
+    fn meets_box(&self, group: usize, _: &C::Boxes, node: &Node, slot: usize) -> bool {
+        // Those of leaves are tested when they are entered: then fewer rays are left.
+        node.meta[slot] & LEAF != 0 || self.bundles[group].lanes_in_box(node, slot) != 0
+    }
+
+    #[inline(always)]
+    fn triangle(&mut self, group: usize, _: (&C::Boxes, usize), fields: &[f32; 9]) -> bool {
+        self.meet(group, |bundle| bundle.triangle(fields))
+    }
+
+    #[inline(always)]
+    fn quad(&mut self, group: usize, _: (&C::Boxes, usize), fields: &[f32; 12]) -> bool {
+        self.meet(group, |bundle| bundle.quad(fields))
+    }
+
+    #[inline(always)]
+    fn sphere(&mut self, group: usize, _: (&C::Boxes, usize), fields: &[f32; 4]) -> bool {
+        self.meet(group, |bundle| bundle.sphere(fields))
+    }
+
+    #[inline(always)]
+    fn leaf_met(&mut self, leaf: Place) {
+        if self.met.len() < RECENT && !self.met.contains(&leaf) {
+            self.met.push(leaf);
+        }
+    }
+}
