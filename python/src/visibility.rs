@@ -167,12 +167,7 @@ impl LightSamples for From<'_> {
         match self.samples {
             Placed::Sets(count, seed) => {
                 let key = SampleKey::new(point as u32, (point >> 32) as u32, 0, seed);
-                let mut places = u.iter_mut().zip(v);
-                StratifiedSet::new(key, count).for_each(0..count, |at| {
-                    if let Some((u, v)) = places.next() {
-                        (*u, *v) = (at.x, at.y);
-                    }
-                });
+                StratifiedSet::new(key, count).fill(u, v);
             }
             Placed::Each(values, count) => {
                 let first = 2 * point * count;

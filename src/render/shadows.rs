@@ -48,12 +48,7 @@ impl LightSamples for KeyedSets<'_> {
     }
 
     fn place(&self, point: usize, u: &mut [f32], v: &mut [f32]) {
-        let mut places = u.iter_mut().zip(v);
-        StratifiedSet::new(self.keys[point], self.count).for_each(0..self.count, |at| {
-            if let Some((u, v)) = places.next() {
-                (*u, *v) = (at.x, at.y);
-            }
-        });
+        StratifiedSet::new(self.keys[point], self.count).fill(u, v);
     }
 }
 

@@ -9,8 +9,6 @@
 //! `n = ceil(N / m)` rows, point `i` lies in its own of `N` strips along `y` and of `m n` strips
 //! along `x`, and in its own cell if `N = m n`.
 
-use std::ops::Range;
-
 use glam::Vec2;
 
 use crate::scene::MAX_SAMPLES;
@@ -61,6 +59,7 @@ pub struct StratifiedSet {
 impl StratifiedSet {
     /// The set of `count` points that `key` names; a count of 0 is taken as 1, one above
     /// [`MAX_SAMPLES`] as that.
+    #[inline]
     pub fn new(key: SampleKey, count: u32) -> Self {
         let count = count.clamp(1, MAX_SAMPLES);
         let columns = count.isqrt();
@@ -86,31 +85,38 @@ impl StratifiedSet {
     pub fn point(&self, index: u32) -> Vec2 {
         assert!(index < self.count, "point {index} of a set of {}", self.count);
         let (row, column) = (index / self.columns, index % self.columns);
-        self.place(index, row, column)
+        let (row, column) = (self.row_at[row as usize], self.column_at[column as usize]);
+        let (x, y) = self.place(index, f32::from(column), f32::from(row));
+        Vec2::new(x, y)
     }
 
-    /// Calls `use_point` with each point of `indices`, in order, clipped to the set.
-    pub fn for_each(&self, indices: Range<u32>, mut use_point: impl FnMut(Vec2)) {
-        let (mut row, mut column) = (indices.start / self.columns, indices.start % self.columns);
-        for index in indices.start..indices.end.min(self.count) {
-            use_point(self.place(index, row, column));
-            column += 1;
-            if column == self.columns {
-                (row, column) = (row + 1, 0);
+    /// Writes the first points of the set, as many as there are and as both slices have places for.
+    pub fn fill(&self, u: &mut [f32], v: &mut [f32]) {
+        let count = u.len().min(v.len()).min(self.count as usize);
+        let (u, v) = (&mut u[..count], &mut v[..count]);
+        // Columns and rows first: what is left then has neither divisions nor gathers, and is compiled
+        // to whole registers.
+        let columns = self.columns as usize;
+        let rows = u.chunks_mut(columns).zip(v.chunks_mut(columns)).zip(&self.row_at);
+        for ((u, v), &row) in rows {
+            for ((u, v), &column) in u.iter_mut().zip(v).zip(&self.column_at) {
+                (*u, *v) = (f32::from(column), f32::from(row));
             }
+        }
+        for (index, (u, v)) in (0..).zip(u.iter_mut().zip(v)) {
+            (*u, *v) = self.place(index, *u, *v);
         }
     }
 
-    #[inline]
-    fn place(&self, index: u32, row: u32, column: u32) -> Vec2 {
-        let jitter = mix(self.key.wrapping_add(u64::from(index + 1).wrapping_mul(ODD)));
-        let (jitter_x, jitter_y) = (unit_float((jitter >> 32) as u32), unit_float(jitter as u32));
-        let column_at = f32::from(self.column_at[column as usize]);
-        let row_at = f32::from(self.row_at[row as usize]);
+    #[inline(always)]
+    fn place(&self, index: u32, column_at: f32, row_at: f32) -> (f32, f32) {
+        let jitter = |key: u32| unit_float(mix_short(key ^ (index + 1).wrapping_mul(SHORT_ODD)));
+        let (jitter_x, jitter_y) = (jitter((self.key >> 32) as u32), jitter(self.key as u32));
         let x = (column_at + (row_at + jitter_x) * self.row_scale) * self.column_scale;
         let y = (index as f32 + jitter_y) * self.scale;
         // Rounding can reach 1.
-        Vec2::new(x, y).min(Vec2::splat(1.0_f32.next_down()))
+        let last = 1.0_f32.next_down();
+        (if x > last { last } else { x }, if y > last { last } else { y })
     }
 }
 
@@ -147,7 +153,19 @@ fn mix(value: u64) -> u64 {
 }
 
 /// The upper 24 bits as a fraction of 1: exact, never 1.
-#[inline]
+/// A step of the golden ratio's odd 32-bit fraction.
+const SHORT_ODD: u32 = 0x9e37_79b9;
+
+/// A 32-bit mixer whose bits all depend on all others (Wellons, "Prospecting for Hash Functions", 2018):
+/// unlike [`mix`] it has a multiplication that registers of integers have too.
+#[inline(always)]
+fn mix_short(value: u32) -> u32 {
+    let value = (value ^ (value >> 16)).wrapping_mul(0x7feb_352d);
+    let value = (value ^ (value >> 15)).wrapping_mul(0x846c_a68b);
+    value ^ (value >> 16)
+}
+
+#[inline(always)]
 fn unit_float(bits: u32) -> f32 {
     (bits >> 8) as f32 * (1.0 / 16_777_216.0)
 }
@@ -216,13 +234,19 @@ mod tests {
     }
 
     #[test]
-    fn ranges_are_parts_of_the_set() {
-        let key = SampleKey::new(1, 2, 3, 4);
-        let set = StratifiedSet::new(key, 23);
-        let mut points = Vec::new();
-        set.for_each(0..10, |point| points.push(point));
-        set.for_each(10..99, |point| points.push(point));
-        assert_eq!(points, (0..23).map(|index| set.point(index)).collect::<Vec<_>>());
+    fn all_at_once_are_the_same_points() {
+        for count in [1, 2, 3, 5, 16, 23, 64, 300] {
+            let set = StratifiedSet::new(SampleKey::new(1, 2, 3, 4), count);
+            let points: Vec<_> = (0..count).map(|index| set.point(index)).collect();
+            for len in [0, 1, count as usize - 1, count as usize, count as usize + 9] {
+                let (mut u, mut v) = (vec![-1.0; len], vec![-1.0; len]);
+                set.fill(&mut u, &mut v);
+                for (place, (u, v)) in u.into_iter().zip(v).enumerate() {
+                    let point = points.get(place).copied().unwrap_or(Vec2::splat(-1.0));
+                    assert_eq!(Vec2::new(u, v), point, "{place} of {count}");
+                }
+            }
+        }
     }
 
     #[test]
