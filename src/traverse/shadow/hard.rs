@@ -40,9 +40,9 @@ pub(super) fn trace<S: LightSamples + ?Sized>(
             let facing = facing(query.points.normal.map(|normal| normal.map(load)), &dir);
             let all = (1_u32 << count) - 1;
             let mut fit = aim.fit([aim.axes.turn(dir)]).bits() & all;
-            if volley.push(&aim, origin, dir, fit & facing) > largest {
+            if volley.push(&aim, origin, dir, fit & facing, None) > largest {
                 volley.pop();
-                volley.push(&aim, origin, dir, 0);
+                volley.push(&aim, origin, dir, 0, None);
                 fit = 0;
             }
             ones(all & !fit).for_each(|lane| rays.add(bvh, query, start + lane, done));

@@ -4,7 +4,7 @@
 
 use super::{AreaLight, Query};
 use crate::points::LightSamples;
-use crate::simd::{F32x16, LaneMask, Lanes};
+use crate::simd::{F32x16, LaneMask, Lanes, each};
 
 /// Samples in one register.
 pub(super) const LANES: usize = 16;
@@ -40,13 +40,13 @@ impl Placed {
     ) {
         let samples = self.samples;
         query.samples.place(point, &mut self.u[..samples], &mut self.v[..samples]);
-        let origin = query.points.position.map(|part| F32x16::splat(part[point]));
+        let origin = each(|axis| F32x16::splat(query.points.position[axis][point]));
         for start in (0..samples).step_by(LANES) {
             let (u, v) = (F32x16::load(&self.u[start..]), F32x16::load(&self.v[start..]));
             let dir = query.light.directions(origin, u, v);
             let active = (1_u32 << (samples - start).min(LANES)) - 1;
             let normal =
-                query.points.normal.map(|normal| normal.map(|part| F32x16::splat(part[point])));
+                query.points.normal.map(|normal| each(|axis| F32x16::splat(normal[axis][point])));
             give(dir, facing(normal, &dir) & active);
         }
     }
@@ -60,7 +60,7 @@ impl AreaLight {
         // Of NaN, `max` gives the other.
         let inside = |at| Lanes::min(Lanes::max(at, zero), one);
         let (u, v) = (inside(u), inside(v));
-        std::array::from_fn(|axis| {
+        each(|axis| {
             let part = |of: glam::Vec3| F32x16::splat(of[axis]);
             let target = part(self.corner) + part(self.edge_u) * u + part(self.edge_v) * v;
             target - origin[axis]

@@ -7,7 +7,7 @@ use super::volley::{Apex, Volley};
 use super::{Query, Seen};
 use crate::bvh::Bvh;
 use crate::points::LightSamples;
-use crate::simd::F32x16;
+use crate::simd::{F32x16, each};
 
 /// Points, and the samples that they see.
 pub(super) struct Sampled<'a> {
@@ -43,14 +43,14 @@ impl<'a> Sampled<'a> {
         let alone = self.placed.registers() >= GROUPS;
         let Self { volley, placed, points, waiting, masks } = self;
         points.push(point);
-        let origin = query.points.position.map(|part| part[point]);
+        let origin: [f32; 3] = each(|axis| query.points.position[axis][point]);
         let apex = if alone { Apex::Start(origin) } else { Apex::None };
-        let origin = origin.map(F32x16::splat);
+        let lanes = each(|axis| F32x16::splat(origin[axis]));
         placed.each(query, point, |dir, active| {
             masks.push(0);
             if active != 0 {
                 waiting.push(masks.len() - 1);
-                volley.push(aim, origin, dir, active);
+                volley.push(aim, lanes, dir, active, Some(origin));
             }
             if volley.is_full() {
                 trace(volley, aim, apex, waiting, masks);

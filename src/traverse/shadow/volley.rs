@@ -9,7 +9,7 @@ use super::group::Aim;
 use super::shafts::{Beams, Cull, GROUPS, Shafts};
 use super::sight::Sight;
 use crate::bvh::{Bvh, LEAF, Node};
-use crate::simd::{F32x8, F32x16, Lanes};
+use crate::simd::{F32x8, F32x16, Lanes, each};
 use crate::traverse::tile::Leaf;
 use crate::traverse::{ones, stack_size};
 
@@ -59,8 +59,9 @@ impl<'a> Volley<'a> {
         self.len == GROUPS
     }
 
-    /// Adds the rays from `origin` along `dir`, the lanes in `active`, all of which `aim` bounds. Returns
-    /// how far the origins are apart, both axes across added.
+    /// Adds the rays from `origin` along `dir`, the lanes in `active`, all of which `aim` bounds; `shared`
+    /// is the origin if it is the same for all. Returns how far the origins are apart, both axes across
+    /// added.
     #[inline(always)]
     pub(super) fn push(
         &mut self,
@@ -68,12 +69,16 @@ impl<'a> Volley<'a> {
         origin: [F32x16; 3],
         dir: [F32x16; 3],
         active: u32,
+        shared: Option<[f32; 3]>,
     ) -> f32 {
         let place = self.len;
         let bundle = &mut self.bundles[place];
         bundle.load(origin, dir, active, self.bvh.extent);
         let axes = aim.axes;
-        let [mut low, mut high] = bundle.range(|ray| axes.turn(ray.origin));
+        let [mut low, mut high] = match shared {
+            Some(origin) => [axes.turn(origin); 2],
+            None => bundle.range(|ray| axes.turn(ray.origin)),
+        };
         let spread = (high[0] - low[0]) + (high[1] - low[1]);
         for axis in 0..3 {
             low[axis] -= aim.margin;
@@ -120,7 +125,7 @@ impl<'a> Volley<'a> {
             }
             let leaf = self.recent[recent];
             let bounds = leaf.node(bvh).bounds;
-            let (boxes, met) = shafts.boxes(std::array::from_fn(|at| F32x8::load(&bounds[at])));
+            let (boxes, met) = shafts.boxes(each(|at| F32x8::load(&bounds[at])));
             if met >> leaf.slot() & 1 != 0 {
                 let groups = shafts.groups(&boxes, leaf.slot()) & self.live;
                 if groups != 0 {
