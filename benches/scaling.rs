@@ -116,6 +116,9 @@ fn child(triangles: usize, build: BuildQuality) -> Result<Row, String> {
     serde_json::from_slice(&output.stdout).map_err(|error| error.to_string())
 }
 
+/// How long rays are traced for a rate.
+const LEAST_SECONDS: f64 = 0.5;
+
 fn one(triangles: usize, quality: BuildQuality) -> Result<(), String> {
     // On this thread, whose clock is read.
     let pool = rayon::ThreadPoolBuilder::new().num_threads(1).use_current_thread().build();
@@ -148,15 +151,17 @@ fn one(triangles: usize, quality: BuildQuality) -> Result<(), String> {
     let rate = |kind| -> Result<f64, String> {
         let workload = view.workload(kind);
         let mut hits = HitBatch::new(workload.rays.len());
-        let mut rates = Vec::new();
-        for _ in 0..5 {
-            let start = cpu_seconds()?;
+        // Long enough that the clock's ticks do not show.
+        let (start, mut rounds) = (cpu_seconds()?, 0);
+        loop {
             let traced = scene.intersect_batch(workload.rays.as_rays(), hits.as_hits());
             traced.map_err(|error| error.to_string())?;
-            rates.push(workload.rays.len() as f64 / (cpu_seconds()? - start) / 1e6);
+            rounds += 1;
+            let seconds = cpu_seconds()? - start;
+            if seconds > LEAST_SECONDS {
+                return Ok((rounds * workload.rays.len()) as f64 / seconds / 1e6);
+            }
         }
-        rates.sort_by(f64::total_cmp);
-        Ok(rates[2])
     };
     let row = Row {
         triangles,
