@@ -48,10 +48,4 @@ impl Keys {
     pub fn lane(key: u32) -> usize {
         (key & 7) as usize
     }
-
-    /// The distance of a key, at most that of its lane.
-    #[inline(always)]
-    pub fn distance(key: u32) -> f32 {
-        f32::from_bits(key & !7)
-    }
 }

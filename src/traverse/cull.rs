@@ -30,6 +30,7 @@ pub(super) trait Cull {
     /// Ends a run of [`Cull::draw_in`].
     fn settle(&mut self);
 }
+
 /// The slopes of the groups, one lane each.
 pub(super) struct Slopes {
     pub(super) min: [[f32; GROUPS]; 2],

@@ -3,8 +3,8 @@
 //! Lanes without a valid ray hold an empty range: they meet no box and no primitive. So do lanes
 //! that look for any hit and have one.
 
-use super::Closest;
 use super::single::Single;
+use super::{Closest, SHEAR_ORDER};
 use crate::hit::NO_HIT;
 use crate::kernels::{
     Met, ScaledRay, Sheared, SlabRay, intersect_quad, intersect_sphere, intersect_triangle,
@@ -13,9 +13,6 @@ use crate::simd::{LaneMask, Lanes, each};
 
 /// The most lanes of a group.
 pub(super) const MAX_LANES: usize = 16;
-
-/// The order of axes in which each axis comes last; there is no fourth.
-const ORDER: [[usize; 3]; 4] = [[1, 2, 0], [2, 0, 1], [0, 1, 2], [0, 1, 2]];
 
 /// One register of rays and what they have met.
 #[derive(Clone, Copy)]
@@ -175,7 +172,7 @@ impl<F: Lanes> Group<F> {
         while axes != 0 {
             let main = axes.trailing_zeros() as usize;
             axes &= axes - 1;
-            let order = ORDER[main & 3];
+            let order = SHEAR_ORDER[main & 3];
             let ray = Sheared {
                 origin: each(|place| self.ray.origin[order[place]]),
                 shear: self.shear,
@@ -246,7 +243,7 @@ impl<F: Lanes> Group<F> {
         to.inverse_main = self.inverse.lane(lane);
         let (x, y) = (self.along[0] >> lane & 1, self.along[1] >> lane & 1);
         let main = 2 - 2 * x - y;
-        for (place, axis) in ORDER[main as usize & 3].into_iter().enumerate() {
+        for (place, axis) in SHEAR_ORDER[main as usize & 3].into_iter().enumerate() {
             to.order[place] = axis as u32;
             to.sheared_origin[place] = to.origin[axis];
         }

@@ -41,6 +41,9 @@ pub struct Closest {
     pub id: u32,
 }
 
+/// The order of axes in which each axis comes last, as sheared rays have them; there is no fourth.
+const SHEAR_ORDER: [[usize; 3]; 4] = [[1, 2, 0], [2, 0, 1], [0, 1, 2], [0, 1, 2]];
+
 /// How many entries a stack of waiting children needs: each node on the way leaves at most seven.
 fn stack_size(bvh: &Bvh) -> usize {
     debug_assert!(bvh.depth <= MAX_DEPTH);

@@ -9,12 +9,8 @@ use crate::kernels::{
 };
 use crate::points::SHADOW_T_MAX;
 use crate::simd::{F32x8, F32x16, LaneMask, Lanes};
-use crate::traverse::ones;
 use crate::traverse::tile::Leaf;
-
-/// The order of axes in which each axis comes last.
-/// There is no fourth.
-const ORDER: [[usize; 3]; 4] = [[1, 2, 0], [2, 0, 1], [0, 1, 2], [0, 1, 2]];
+use crate::traverse::{SHEAR_ORDER, ones};
 
 /// One register of shadow rays.
 #[derive(Clone, Copy, Debug)]
@@ -157,7 +153,7 @@ impl Bundle {
         while axes != 0 {
             let main = axes.trailing_zeros() as usize;
             axes &= axes - 1;
-            let order = ORDER[main & 3];
+            let order = SHEAR_ORDER[main & 3];
             let ray = Sheared {
                 origin: [
                     self.ray.origin[order[0]],
@@ -213,7 +209,7 @@ impl Bundle {
                 occluded_by_sphere(&ray, center, leaf.lanes[3], active) != 0
             } else {
                 let main = (0..2).find(|&main| self.along[main] >> lane & 1 != 0).unwrap_or(2);
-                let order = ORDER[main];
+                let order = SHEAR_ORDER[main];
                 let ray = Sheared {
                     origin: [
                         of(self.ray.origin[order[0]]),
