@@ -30,9 +30,7 @@ impl Scene {
         samples: &(impl LightSamples + ?Sized),
         fraction: &mut [f32],
     ) -> Result<(), ShapeError> {
-        samples.check(points.len())?;
-        ShapeError::check("fraction", fraction.len(), "points", points.len())?;
-        self.fractions(&query(points, light, samples), 0, fraction);
+        self.fractions(&fractions_query(points, light, samples, fraction)?, 0, fraction);
         Ok(())
     }
 
@@ -47,9 +45,7 @@ impl Scene {
         samples: &(impl LightSamples + ?Sized),
         fraction: &mut [f32],
     ) -> Result<(), ShapeError> {
-        samples.check(points.len())?;
-        ShapeError::check("fraction", fraction.len(), "points", points.len())?;
-        let query = query(points, light, samples);
+        let query = fractions_query(points, light, samples, fraction)?;
         let chunks = fraction.par_chunks_mut(CHUNK).enumerate();
         chunks.for_each(|(chunk, fraction)| self.fractions(&query, chunk * CHUNK, fraction));
         Ok(())
@@ -67,10 +63,7 @@ impl Scene {
         samples: &(impl LightSamples + ?Sized),
         seen: &mut [bool],
     ) -> Result<(), ShapeError> {
-        samples.check(points.len())?;
-        let count = points.len() * samples.per_point();
-        ShapeError::check("seen", seen.len(), "points times samples", count)?;
-        self.bits(&query(points, light, samples), 0, seen);
+        self.bits(&bits_query(points, light, samples, seen)?, 0, seen);
         Ok(())
     }
 
@@ -85,12 +78,8 @@ impl Scene {
         samples: &(impl LightSamples + ?Sized),
         seen: &mut [bool],
     ) -> Result<(), ShapeError> {
-        samples.check(points.len())?;
-        let per_point = samples.per_point();
-        let count = points.len() * per_point;
-        ShapeError::check("seen", seen.len(), "points times samples", count)?;
-        let query = query(points, light, samples);
-        let chunks = seen.par_chunks_mut((CHUNK * per_point).max(1)).enumerate();
+        let query = bits_query(points, light, samples, seen)?;
+        let chunks = seen.par_chunks_mut((CHUNK * samples.per_point()).max(1)).enumerate();
         chunks.for_each(|(chunk, seen)| self.bits(&query, chunk * CHUNK, seen));
         Ok(())
     }
@@ -164,6 +153,31 @@ impl Scene {
             }
         });
     }
+}
+
+/// A query for a fraction of each point, once the arrays fit.
+fn fractions_query<'a, S: LightSamples + ?Sized>(
+    points: &Points<'a>,
+    light: &LightShape,
+    samples: &'a S,
+    fraction: &[f32],
+) -> Result<Query<'a, S>, ShapeError> {
+    samples.check(points.len())?;
+    ShapeError::check("fraction", fraction.len(), "points", points.len())?;
+    Ok(query(points, light, samples))
+}
+
+/// A query for each sample of each point, once the arrays fit.
+fn bits_query<'a, S: LightSamples + ?Sized>(
+    points: &Points<'a>,
+    light: &LightShape,
+    samples: &'a S,
+    seen: &[bool],
+) -> Result<Query<'a, S>, ShapeError> {
+    samples.check(points.len())?;
+    let count = points.len() * samples.per_point();
+    ShapeError::check("seen", seen.len(), "points times samples", count)?;
+    Ok(query(points, light, samples))
 }
 
 fn query<'a, S: ?Sized>(points: &Points<'a>, light: &LightShape, samples: &'a S) -> Query<'a, S> {
