@@ -164,10 +164,27 @@ fn light(random: &mut Random, style: Style, scale: f32) -> LightShape {
     }
 }
 
-/// Rounds of made scenes; hardly any sample hidden, or seen, would make them worth little.
-fn rounds(what: &str, test: u64, style: Style, usual: u64) {
+/// Rounds that say how many samples were hidden and seen; hardly any of either would make them worth
+/// little.
+fn run_mixed(
+    what: &str,
+    test: u64,
+    usual: u64,
+    round: impl Fn(&mut Random, usize) -> [usize; 2] + Sync,
+) {
     let hidden = AtomicU64::new(0);
-    let tried = run(what, test, usual, |random, round| {
+    let tried = run(what, test, usual, |random, number| {
+        let counts = round(random, number);
+        hidden.fetch_add(counts[0] as u64, Ordering::Relaxed);
+        (counts[0] + counts[1]) as u64
+    });
+    let hidden = hidden.into_inner();
+    assert!(hidden * 20 > tried && hidden * 20 < 19 * tried, "{hidden} of {tried} are hidden");
+}
+
+/// Rounds of made scenes.
+fn rounds(what: &str, test: u64, style: Style, usual: u64) {
+    run_mixed(what, test, usual, |random, round| {
         let scale = if style == Style::Grid { 1.0 } else { 10_f32.powf(random.signed() * 4.0) };
         let scene = scene(random, style, scale);
         let light = light(random, style, scale);
@@ -195,12 +212,8 @@ fn rounds(what: &str, test: u64, style: Style, usual: u64) {
             let normal = random.vec() * 10_f32.powf(random.signed());
             case.push(random, position, normal);
         }
-        let counts = case.check(&scene, &light);
-        hidden.fetch_add(counts[0] as u64, Ordering::Relaxed);
-        (counts[0] + counts[1]) as u64
+        case.check(&scene, &light)
     });
-    let hidden = hidden.into_inner();
-    assert!(hidden * 20 > tried && hidden * 20 < 19 * tried, "{hidden} of {tried} are hidden");
 }
 
 #[test]
@@ -258,8 +271,7 @@ fn pictures() {
 /// Point lights: rows of neighbours, in bundles, and points all over the scene, which go one by one.
 #[test]
 fn point_lights() {
-    let hidden = AtomicU64::new(0);
-    let tried = run("visibility, point lights", 88, 300, |random, round| {
+    run_mixed("visibility, point lights", 88, 300, |random, round| {
         let style = [Style::Grid, Style::Chaos, Style::Slivers, Style::Large][round % 4];
         let scale = if style == Style::Grid { 1.0 } else { 10_f32.powf(random.signed() * 4.0) };
         let scene = scene(random, style, scale);
@@ -279,12 +291,8 @@ fn point_lights() {
             let normal = random.vec();
             case.push(random, position, normal);
         }
-        let counts = case.check(&scene, &light);
-        hidden.fetch_add(counts[0] as u64, Ordering::Relaxed);
-        (counts[0] + counts[1]) as u64
+        case.check(&scene, &light)
     });
-    let hidden = hidden.into_inner();
-    assert!(hidden * 20 > tried && hidden * 20 < 19 * tried, "{hidden} of {tried} are hidden");
 }
 
 /// A tilted light with a wall as tilted close behind it, and then close before it.
