@@ -1,14 +1,27 @@
 //! Files to text: what is no readable text is refused before anything parses it.
 
-use std::fs;
+use std::fs::{self, File};
+use std::io::BufReader;
 use std::path::Path;
 
 use super::error::{LoadError, Place, Problem};
+
+/// How much of a mesh is in memory while it is read.
+const BUFFER: usize = 1 << 18;
 
 /// The bytes of a regular file.
 pub(crate) fn bytes(path: &Path) -> Result<Vec<u8>, LoadError> {
     check(path)?;
     fs::read(path).map_err(|error| LoadError::new(path, None, Problem::Unreadable(error)))
+}
+
+/// A regular file to be read from its beginning, and how many bytes it has.
+pub(crate) fn open(path: &Path) -> Result<(BufReader<File>, u64), LoadError> {
+    check(path)?;
+    let fail = |error| LoadError::new(path, None, Problem::Unreadable(error));
+    let file = File::open(path).map_err(fail)?;
+    let bytes = file.metadata().map_err(fail)?.len();
+    Ok((BufReader::with_capacity(BUFFER, file), bytes))
 }
 
 /// Refuses what is no regular file without opening it: opening a pipe waits for its writer.

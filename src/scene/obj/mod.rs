@@ -14,41 +14,20 @@ use std::path::Path;
 use glam::Vec3;
 
 use super::file::{LoadError, Problem, read as files};
+use super::mesh_file::{MeshFile, Part};
 use crate::geometry::Mesh;
-use crate::scene::Material;
-
-/// What an OBJ file holds.
-#[derive(Clone, Debug, Default)]
-pub(crate) struct Obj {
-    /// One mesh for each object and material that has faces, in the order of the file.
-    pub(crate) parts: Vec<Part>,
-    /// The materials of its MTL files.
-    pub(crate) materials: Vec<Material>,
-    /// What is odd but not wrong, one line each.
-    pub(crate) warnings: Vec<String>,
-}
-
-/// A mesh and which of the file's materials it has.
-#[derive(Clone, Debug)]
-pub(crate) struct Part {
-    pub(crate) mesh: Mesh,
-    pub(crate) material: Option<usize>,
-}
-
-impl Obj {
-    /// One mesh without a material.
-    pub(crate) fn of_mesh(mesh: Mesh) -> Self {
-        Self { parts: vec![Part { mesh, material: None }], ..Self::default() }
-    }
-}
 
 /// Reads a file. Without `with_materials` it is split by objects alone and no MTL file is opened.
-pub(crate) fn read(path: &Path, with_materials: bool) -> Result<Obj, LoadError> {
+pub(crate) fn read(path: &Path, with_materials: bool) -> Result<MeshFile, LoadError> {
     parse(&files::bytes(path)?, path, with_materials)
 }
 
 /// As [`read`] for the text of a file. MTL files are looked for beside `path`.
-pub(crate) fn parse(bytes: &[u8], path: &Path, with_materials: bool) -> Result<Obj, LoadError> {
+pub(crate) fn parse(
+    bytes: &[u8],
+    path: &Path,
+    with_materials: bool,
+) -> Result<MeshFile, LoadError> {
     // Names and comments in old encodings are no reason to refuse a mesh.
     let text = String::from_utf8_lossy(files::refuse_binary(bytes, path)?);
     let clean = lines::clean(&text, path, with_materials)?;
@@ -67,7 +46,7 @@ pub(crate) fn parse(bytes: &[u8], path: &Path, with_materials: bool) -> Result<O
         // `lines` has looked for all that `tobj` refuses; should it miss something, this is it.
         LoadError::new(path, None, Problem::Format(format!("not a valid OBJ file: {error}")))
     })?;
-    let mut obj = Obj { warnings: warnings.into_inner(), ..Obj::default() };
+    let mut obj = MeshFile { warnings: warnings.into_inner(), ..MeshFile::default() };
     let materials = materials.unwrap_or_default();
     let is_known = |name: &String| materials.iter().any(|material| material.name == *name);
     let unknown: Vec<_> = clean.used.into_iter().filter(|name| !is_known(name)).collect();
