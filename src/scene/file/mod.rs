@@ -94,7 +94,7 @@ pub fn load_toml(text: &[u8], file: &Path) -> Result<Loaded, LoadError> {
 /// # Errors
 /// As [`load`].
 pub fn load_obj(text: &[u8], file: &Path) -> Result<Loaded, LoadError> {
-    mesh_alone(file, obj::parse(text, file, true)?, LoadOptions::default())
+    mesh_alone(file, obj::parse(|| Ok(text), file, true)?, LoadOptions::default())
 }
 
 /// As [`load`] for the bytes of a PLY file; see [`load_toml`].
