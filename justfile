@@ -48,7 +48,7 @@ gallery:
 soak times="100":
     OCTRAY_SOAK={{times}} PROPTEST_CASES=$((256 * {{times}})) cargo test --release -- --nocapture
 
-# A fuzz target (scene_file, obj_file, mtl_file, geometry) for a while; needs a nightly toolchain and
+# A fuzz target (scene_file, obj_file, ply_file, mtl_file, geometry) for a while; needs a nightly toolchain and
 # `cargo install cargo-fuzz`. What breaks something belongs into tests/fuzzed/TARGET.
 fuzz target seconds="300":
     mkdir -p fuzz/corpus/{{target}}

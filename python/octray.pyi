@@ -37,7 +37,7 @@ def render(
     threads: int = 0,
     progress: Callable[[int, int], object] | None = None,
 ) -> NDArray[np.float32]:
-    """Renders a scene file (.toml), or a mesh alone (.obj), to linear RGB.
+    """Renders a scene file (.toml), or a mesh alone (.obj, .ply), to linear RGB.
 
     The array is (height, width, 3), rows from the top. What is None is as the file says. threads
     is 0 or -1 for all cores, or the most to use; the picture is the same for every number.

@@ -45,7 +45,7 @@
 //!
 //! # Where to look
 //!
-//! - [`SceneBuilder`] makes a scene from arrays, [`load`] from a TOML or OBJ file.
+//! - [`SceneBuilder`] makes a scene from arrays, [`load`] from a TOML, OBJ or PLY file.
 //! - [`Scene::intersect`] and [`Scene::occluded`] are the queries for one ray; `_packet` is for
 //!   eight, `_batch` for any number on this thread, `par_.._batch` on the rayon pool.
 //! - [`Scene::surface`] gives position, normals and material of a hit, and where rays that leave it

@@ -96,3 +96,8 @@ fn mtl_files() {
 fn geometries() {
     try_all(3, 10_000);
 }
+
+#[test]
+fn ply_files() {
+    try_all(4, 20_000);
+}

@@ -253,12 +253,12 @@ fn what_is_wrong_in_quads_and_meshes_has_a_place_and_a_mend() {
             "17:8: mesh `none.obj` (looked for at none.obj): there is no such file: check the path",
         ),
         (
-            "[[meshes]]\npath = \"none.ply\"",
-            "17:8: mesh `none.ply` is not an .obj file: convert it",
+            "[[meshes]]\npath = \"none.stl\"",
+            "17:8: mesh `none.stl` is neither an .obj nor a .ply file: convert it",
         ),
         (
             "[[meshes]]\nscale = 2",
-            "16:1: a mesh needs `path`, an OBJ file relative to this one, or `generate`, one of \"knot\", \"icosphere\" and \"cuboid\"",
+            "16:1: a mesh needs `path`, an OBJ or PLY file relative to this one, or `generate`, one of \"knot\", \"icosphere\" and \"cuboid\"",
         ),
         (
             "[[meshes]]\npath = \"a.obj\"\ngenerate = \"cuboid\"",
@@ -424,8 +424,11 @@ fn files_that_are_no_scene_are_refused() {
         ("none.toml", "none.toml: there is no such file: check the path"),
         ("none.txt", "none.txt: there is no such file: check the path"),
         ("folder.obj", "folder.obj: is a folder: name a file in it"),
-        ("text.txt", "text.txt: is neither a scene nor a mesh: name a .toml or an .obj file"),
-        ("bare", "bare: is neither a scene nor a mesh: name a .toml or an .obj file"),
+        (
+            "text.txt",
+            "text.txt: is neither a scene nor a mesh: name a .toml, an .obj or a .ply file",
+        ),
+        ("bare", "bare: is neither a scene nor a mesh: name a .toml, an .obj or a .ply file"),
         ("wide.toml", "wide.toml: is UTF-16 text: save it as UTF-8"),
         (
             "binary.toml",

@@ -17,8 +17,8 @@ use pyo3::prelude::*;
 
 use crate::threads::{SIGNAL_INTERVAL, check_signals, pool, thread_count};
 
-/// Renders a scene file (.toml), or a mesh alone (.obj), to an array of linear RGB: float32,
-/// (height, width, 3), rows from the top.
+/// Renders a scene file (.toml), or a mesh alone (.obj, .ply), to an array of linear RGB:
+/// float32, (height, width, 3), rows from the top.
 ///
 /// What is None is as the file says. threads is 0 or -1 for all cores, or the most to use; the
 /// picture is the same for every number. `progress(done, total)` is called now and then with

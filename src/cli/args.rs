@@ -42,7 +42,7 @@ pub(super) enum Command {
 
 #[derive(Args)]
 pub(super) struct RenderArgs {
-    /// The scene: a .toml file, or an .obj file alone
+    /// The scene: a .toml file, or an .obj or .ply file alone
     pub(super) scene: PathBuf,
     /// The picture [default: the scene's name with .png, in the current directory]
     #[arg(short, long, value_name = "FILE")]
@@ -85,7 +85,7 @@ pub(super) struct RenderArgs {
 
 #[derive(Args)]
 pub(super) struct InfoArgs {
-    /// The scene: a .toml file, or an .obj file alone
+    /// The scene: a .toml file, or an .obj or .ply file alone
     pub(super) scene: PathBuf,
     /// How much work goes into the tree [default: what the scene says, else balanced]
     #[arg(long, value_name = "QUALITY", value_enum)]

@@ -19,7 +19,8 @@ const USUAL: &str = "primary,mirror,diffuse,hard,soft16,ao";
 
 #[derive(Args)]
 pub(super) struct BenchArgs {
-    /// The scene: a .toml file with its own camera, or an .obj file, which is put on a ground quad
+    /// The scene: a .toml file with its own camera, or an .obj or .ply file, which is put on a ground
+    /// quad
     scene: PathBuf,
     /// Kinds of rays: primary, mirror, diffuse, hard, ao, and soft with a number of samples
     #[arg(long, value_name = "KINDS", value_delimiter = ',', default_value = USUAL)]
@@ -84,7 +85,10 @@ pub(super) fn run(args: &BenchArgs) -> Result<(), Stop> {
 
 /// The scene and where its rays come from.
 fn staged(args: &BenchArgs, loaded: Loaded) -> Result<(Scene, Stage), Stop> {
-    let is_mesh = args.scene.extension().is_some_and(|end| end.eq_ignore_ascii_case("obj"));
+    let is_mesh = args
+        .scene
+        .extension()
+        .is_some_and(|end| ["obj", "ply"].iter().any(|mesh| end.eq_ignore_ascii_case(mesh)));
     if !is_mesh {
         let stage = Stage::of_scene(&loaded.scene, loaded.camera);
         return Ok((loaded.scene, stage));

@@ -5,7 +5,9 @@ mod camera;
 mod file;
 mod light;
 mod material;
+mod mesh_file;
 mod obj;
+mod ply;
 mod queries;
 mod settings;
 mod source;
@@ -15,7 +17,7 @@ mod visibility;
 pub use builder::{Dropped, Scene, SceneBuilder};
 pub use camera::{Camera, CameraError, View};
 pub use file::{
-    LoadError, LoadOptions, Loaded, Place, Problem, load, load_obj, load_toml, load_with,
+    LoadError, LoadOptions, Loaded, Place, Problem, load, load_obj, load_ply, load_toml, load_with,
 };
 pub use light::{Light, LightShape};
 pub use material::Material;

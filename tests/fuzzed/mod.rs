@@ -10,7 +10,7 @@ mod geometry;
 use std::path::Path;
 
 use octray::render::{Aov, RenderError, Renderer, reference};
-use octray::scene::{load_obj, load_toml};
+use octray::scene::{load_obj, load_ply, load_toml};
 use octray::{LoadError, Loaded, Settings};
 
 pub use geometry::geometry;
@@ -19,11 +19,12 @@ pub use geometry::geometry;
 pub type Target = fn(&[u8]);
 
 /// All targets by name: that of their folder and of the binary in `fuzz/`.
-pub const TARGETS: [(&str, Target); 4] = [
+pub const TARGETS: [(&str, Target); 5] = [
     ("scene_file", scene_file),
     ("obj_file", obj_file),
     ("mtl_file", mtl_file),
     ("geometry", geometry),
+    ("ply_file", ply_file),
 ];
 
 /// A file of more than this is as good as many small ones, and slower.
@@ -42,6 +43,13 @@ pub fn scene_file(bytes: &[u8]) {
 pub fn obj_file(bytes: &[u8]) {
     if bytes.len() <= MOST_BYTES {
         look_at(load_obj(bytes, Path::new("nowhere/a.obj")));
+    }
+}
+
+/// Loads the bytes as a PLY mesh.
+pub fn ply_file(bytes: &[u8]) {
+    if bytes.len() <= MOST_BYTES {
+        look_at(load_ply(bytes, Path::new("nowhere/a.ply")));
     }
 }
 

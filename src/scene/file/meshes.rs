@@ -12,7 +12,7 @@ use super::transform::{Transform, rotation_by_angles, rotation_by_axis};
 use super::values::{OneOrThree, Rotation, Triple};
 use crate::geometry::Mesh;
 use crate::geometry::shapes::{self, TorusKnot};
-use crate::scene::obj;
+use crate::scene::mesh_file::{self, MeshFile};
 
 /// The most rings along a generated tube.
 const MAX_SEGMENTS: u32 = 32_768;
@@ -20,9 +20,9 @@ const MAX_SEGMENTS: u32 = 32_768;
 /// The most vertices a ring.
 const MAX_SIDES: u32 = 1_024;
 
-/// The parts of one `[[meshes]]` table, in place: one for a generated shape, else as the OBJ has
+/// The parts of one `[[meshes]]` table, in place: one for a generated shape, else as the file has
 /// them.
-pub(super) fn read(source: Source<'_>, at: &Spanned<MeshKeys>) -> Result<obj::Obj, LoadError> {
+pub(super) fn read(source: Source<'_>, at: &Spanned<MeshKeys>) -> Result<MeshFile, LoadError> {
     let keys = at.get_ref();
     let transform = transform(source, keys)?;
     let mut parts = match (&keys.path, &keys.generate) {
@@ -32,15 +32,15 @@ pub(super) fn read(source: Source<'_>, at: &Spanned<MeshKeys>) -> Result<obj::Ob
         }
         (None, Some(name)) => {
             refuse_parameters(source, keys, Some(*name.get_ref()))?;
-            obj::Obj::of_mesh(generated(source, keys, *name.get_ref())?)
+            MeshFile::of_mesh(generated(source, keys, *name.get_ref())?)
         }
         (Some(_), Some(name)) => {
             let message = "a mesh has either `path` or `generate`: remove one".into();
             return Err(source.fail(name.span(), Problem::Format(message)));
         }
         (None, None) => {
-            let message = "a mesh needs `path`, an OBJ file relative to this one, or `generate`, \
-                           one of \"knot\", \"icosphere\" and \"cuboid\"";
+            let message = "a mesh needs `path`, an OBJ or PLY file relative to this one, or \
+                           `generate`, one of \"knot\", \"icosphere\" and \"cuboid\"";
             return Err(source.fail(at.span(), Problem::Format(message.into())));
         }
     };
@@ -52,18 +52,19 @@ pub(super) fn read(source: Source<'_>, at: &Spanned<MeshKeys>) -> Result<obj::Ob
     Ok(parts)
 }
 
-/// An OBJ file. That it can't be read is the scene's error; what is in it is its own.
+/// A mesh file. That it can't be read is the scene's error; what is in it is its own.
 fn from_file(
     source: Source<'_>,
     path: &Spanned<String>,
     overridden: bool,
-) -> Result<obj::Obj, LoadError> {
+) -> Result<MeshFile, LoadError> {
     let name = path.get_ref();
     let file = source.file.parent().map_or_else(|| name.into(), |folder| folder.join(name));
-    if !super::has_extension(&file, "obj") {
-        return Err(source.wrong(path, format!("mesh `{name}` is not an .obj file: convert it")));
-    }
-    obj::read(&file, !overridden).map_err(|error| match error.problem {
+    let Some(mesh) = mesh_file::read(&file, !overridden) else {
+        let message = format!("mesh `{name}` is neither an .obj nor a .ply file: convert it");
+        return Err(source.wrong(path, message));
+    };
+    mesh.map_err(|error| match error.problem {
         Problem::Unreadable(_) | Problem::Kind(_) if error.place.is_none() => {
             let problem = error.problem;
             let shown = file.display();

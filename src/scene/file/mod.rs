@@ -1,4 +1,4 @@
-//! Scene files: a TOML text or an OBJ mesh to a scene, a camera and settings.
+//! Scene files: a TOML text or a mesh alone (OBJ, PLY) to a scene, a camera and settings.
 //!
 //! `docs/scene-files.md` is the reference of the format. A file goes through `read` (is it text?),
 //! `keys` and `values` (is it a scene file?), then through `picture`, `looks`, `meshes` and `build`
@@ -24,8 +24,9 @@ pub use error::{LoadError, Place, Problem};
 
 use crate::bvh::{BuildQuality, Watch};
 use crate::geometry::Aabb;
+use crate::scene::mesh_file::{self, MeshFile};
 use crate::scene::{
-    Camera, Dropped, Light, LightShape, Material, Scene, SceneBuilder, Settings, obj,
+    Camera, Dropped, Light, LightShape, Material, Scene, SceneBuilder, Settings, obj, ply,
 };
 
 /// What a file holds, ready to be rendered.
@@ -50,11 +51,12 @@ pub struct LoadOptions<'a> {
     pub watch: Option<&'a Watch<'a>>,
 }
 
-/// Loads a scene (`.toml`) or a mesh alone (`.obj`, with a camera and a light framed around it).
+/// Loads a scene (`.toml`) or a mesh alone (`.obj`, `.ply`, with a camera and a light framed around
+/// it).
 /// Builds the scene on the rayon pool that it is called in.
 ///
 /// # Errors
-/// [`LoadError`] for a file that can't be read, is neither of both, or has anything wrong in it.
+/// [`LoadError`] for a file that can't be read, is none of them, or has anything wrong in it.
 pub fn load(path: &Path) -> Result<Loaded, LoadError> {
     load_with(path, LoadOptions::default())
 }
@@ -68,12 +70,12 @@ pub fn load_with(path: &Path, options: LoadOptions<'_>) -> Result<Loaded, LoadEr
     if has_extension(path, "toml") {
         let bytes = read::bytes(path)?;
         build::load(read::utf8(&bytes, path)?, path, options)
-    } else if has_extension(path, "obj") {
-        mesh_alone(path, obj::read(path, true)?, options)
+    } else if let Some(mesh) = mesh_file::read(path, true) {
+        mesh_alone(path, mesh?, options)
     } else {
         // A folder or a missing file is the clearer news.
         read::check(path)?;
-        let message = "is neither a scene nor a mesh: name a .toml or an .obj file";
+        let message = "is neither a scene nor a mesh: name a .toml, an .obj or a .ply file";
         Err(LoadError::new(path, None, Problem::Kind(message.into())))
     }
 }
@@ -92,21 +94,30 @@ pub fn load_toml(text: &[u8], file: &Path) -> Result<Loaded, LoadError> {
 /// # Errors
 /// As [`load`].
 pub fn load_obj(text: &[u8], file: &Path) -> Result<Loaded, LoadError> {
-    mesh_alone(file, obj::parse(text, file, true)?, LoadOptions::default())
+    mesh_alone(file, obj::parse(|| Ok(text), file, true)?, LoadOptions::default())
+}
+
+/// As [`load`] for the bytes of a PLY file; see [`load_toml`].
+///
+/// # Errors
+/// As [`load`].
+pub fn load_ply(bytes: &[u8], file: &Path) -> Result<Loaded, LoadError> {
+    let mesh = ply::parse(bytes, bytes.len() as u64, file)?;
+    mesh_alone(file, mesh, LoadOptions::default())
 }
 
 /// True if the path ends in this extension, in small letters or large ones.
-fn has_extension(path: &Path, extension: &str) -> bool {
+pub(super) fn has_extension(path: &Path, extension: &str) -> bool {
     path.extension().is_some_and(|found| found.eq_ignore_ascii_case(extension))
 }
 
 /// A scene of one mesh.
-fn mesh_alone(file: &Path, obj: obj::Obj, options: LoadOptions<'_>) -> Result<Loaded, LoadError> {
+fn mesh_alone(file: &Path, mesh: MeshFile, options: LoadOptions<'_>) -> Result<Loaded, LoadError> {
     let mut builder = SceneBuilder::new();
-    let ids: Vec<u32> = obj.materials.iter().map(|&one| builder.add_material(one)).collect();
+    let ids: Vec<u32> = mesh.materials.iter().map(|&one| builder.add_material(one)).collect();
     let mut plain = None;
     let mut bounds = Aabb::EMPTY;
-    for part in obj.parts {
+    for part in mesh.parts {
         for index in 0..part.mesh.len() {
             let corners = part.mesh.triangle(index);
             if corners.iter().all(|corner| corner.is_finite()) {
@@ -124,7 +135,7 @@ fn mesh_alone(file: &Path, obj: obj::Obj, options: LoadOptions<'_>) -> Result<Lo
     }
     let settings =
         Settings { spp: 4, background: Vec3::new(0.1, 0.11, 0.13), ..Settings::default() };
-    finish(file, builder, None, settings, obj.warnings, options)
+    finish(file, builder, None, settings, mesh.warnings, options)
 }
 
 /// The material of a mesh that has none, in a scene of its own.

@@ -1,14 +1,30 @@
 //! Files to text: what is no readable text is refused before anything parses it.
 
-use std::fs;
+use std::fs::{self, File};
+use std::io::BufReader;
 use std::path::Path;
 
 use super::error::{LoadError, Place, Problem};
+
+/// What a UTF-8 text may begin with.
+pub(crate) const BYTE_ORDER_MARK: &[u8] = b"\xef\xbb\xbf";
+
+/// How much of a mesh is in memory while it is read.
+const BUFFER: usize = 1 << 18;
 
 /// The bytes of a regular file.
 pub(crate) fn bytes(path: &Path) -> Result<Vec<u8>, LoadError> {
     check(path)?;
     fs::read(path).map_err(|error| LoadError::new(path, None, Problem::Unreadable(error)))
+}
+
+/// A regular file to be read from its beginning, and how many bytes it has.
+pub(crate) fn open(path: &Path) -> Result<(BufReader<File>, u64), LoadError> {
+    check(path)?;
+    let fail = |error| LoadError::new(path, None, Problem::Unreadable(error));
+    let file = File::open(path).map_err(fail)?;
+    let bytes = file.metadata().map_err(fail)?.len();
+    Ok((BufReader::with_capacity(BUFFER, file), bytes))
 }
 
 /// Refuses what is no regular file without opening it: opening a pipe waits for its writer.
@@ -38,20 +54,38 @@ pub(crate) fn utf8<'a>(bytes: &'a [u8], path: &Path) -> Result<&'a str, LoadErro
 
 /// The bytes after a UTF-8 byte order mark; an error for what is UTF-16 or no text at all.
 pub(crate) fn refuse_binary<'a>(bytes: &'a [u8], path: &Path) -> Result<&'a [u8], LoadError> {
-    let fail = |what: &str| Err(LoadError::new(path, None, Problem::Kind(what.into())));
-    if bytes.starts_with(&[0xff, 0xfe]) || bytes.starts_with(&[0xfe, 0xff]) {
-        return fail("is UTF-16 text: save it as UTF-8");
-    }
-    if bytes.contains(&0) {
-        return fail("is a binary file: a scene is a TOML text and a mesh an OBJ text");
-    }
-    let bytes = bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(bytes);
+    refuse_utf16(bytes, path)?;
+    refuse_zeros(bytes, path)?;
+    let bytes = bytes.strip_prefix(BYTE_ORDER_MARK).unwrap_or(bytes);
     if bytes.trim_ascii().is_empty() {
-        let what = "is empty: a scene needs at least one of [[spheres]], [[quads]] and [[meshes]], \
-                    an OBJ at least one face";
-        return Err(LoadError::new(path, None, Problem::Empty(what.into())));
+        return Err(empty(path));
     }
     Ok(bytes)
+}
+
+/// An error for the beginning of a file that is UTF-16.
+pub(crate) fn refuse_utf16(bytes: &[u8], path: &Path) -> Result<(), LoadError> {
+    if bytes.starts_with(&[0xff, 0xfe]) || bytes.starts_with(&[0xfe, 0xff]) {
+        let what = "is UTF-16 text: save it as UTF-8";
+        return Err(LoadError::new(path, None, Problem::Kind(what.into())));
+    }
+    Ok(())
+}
+
+/// An error for bytes that no text has.
+pub(crate) fn refuse_zeros(bytes: &[u8], path: &Path) -> Result<(), LoadError> {
+    if memchr::memchr(0, bytes).is_some() {
+        let what = "is a binary file: a scene is a TOML text and a mesh an OBJ text";
+        return Err(LoadError::new(path, None, Problem::Kind(what.into())));
+    }
+    Ok(())
+}
+
+/// The error for a file with nothing in it.
+pub(crate) fn empty(path: &Path) -> LoadError {
+    let what = "is empty: a scene needs at least one of [[spheres]], [[quads]] and [[meshes]], an \
+                OBJ at least one face";
+    LoadError::new(path, None, Problem::Empty(what.into()))
 }
 
 #[cfg(test)]
