@@ -43,6 +43,18 @@ impl Keys {
         (!(behind << 24)).leading_zeros() as usize
     }
 
+    /// The key of one lane; a distance below zero counts as zero.
+    #[inline(always)]
+    pub fn key(distance: f32, lane: usize) -> u32 {
+        (Lanes::max(distance, 0.0).to_bits() & !7) | lane as u32
+    }
+
+    /// The distance of a key, its last three bits lost downwards.
+    #[inline(always)]
+    pub fn distance(key: u32) -> f32 {
+        f32::from_bits(key & !7)
+    }
+
     /// The lane of a key.
     #[inline(always)]
     pub fn lane(key: u32) -> usize {

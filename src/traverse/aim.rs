@@ -14,18 +14,16 @@ use super::ones;
 use super::tile::GROUPS;
 use crate::bvh::Bvh;
 use crate::kernels::{BeamAxes, beam_margin};
-use crate::simd::{LaneMask, Lanes, each};
+use crate::simd::{LaneMask, Lanes};
 
 /// Rays whose direction has a smaller part along the tile's main axis, with the largest part from 1
 /// to 2, have no aim: their slopes would grow beyond what the margins cover.
 const SMALLEST_FORWARD: f32 = 0.25;
 
-/// Groups whose rays are farther apart than this share of the scene's size, both axes across added,
-/// leave the tile. That is for the clear cases; [`super::pace`] finds out about the others. Swept over
-/// 0.4, 0.8, 1.2, 1.6 on an AVX-512 machine: mirror rays on the bunny made 11.5, 14.0, 15.3, 16.2
-/// million a second, shuffled shadow rays 8.6, 8.6, 8.1, 7.9; on other scenes nothing moved by more
-/// than a tenth.
-const LARGEST_SHARE: f32 = 1.2;
+/// Rays of one origin whose slopes differ more within a group, both axes across added, are no fan:
+/// they need tests of their own. Camera rays differ by a hundredth, shuffled ones by one; bounds of
+/// 0.05 and 0.2 measured alike.
+const WIDEST_FAN: f32 = 0.2;
 
 /// Rays that pass a point within this many margins make a cone: the margins grow as much.
 const LARGEST_MISS: f32 = 4.0;
@@ -46,12 +44,13 @@ pub(super) enum Aim {
 }
 
 impl Aim {
-    /// How the rays of these groups run, and which groups it is for: those of `live` whose rays run
-    /// alike. `None` if there is none.
+    /// How the rays of these groups run, and which groups it is for: those of `live` whose rays all run
+    /// forwards. `None` if there is none. Without `fans`, rays from one point make a [`Cone`] too.
     pub(super) fn new<F: Lanes>(
         groups: &[Group<F>; GROUPS],
         live: u32,
         bvh: &Bvh,
+        fans: bool,
     ) -> Option<(Self, u32)> {
         let axes = main_axis(groups, live)?;
         let order = axes.order();
@@ -60,7 +59,7 @@ impl Aim {
         let mut slopes = [[F::splat(0.0); 2]; GROUPS];
         let mut farthest = F::splat(0.0);
         let mut aimed = 0;
-        let size = bvh.bounds.diagonal();
+        let mut widest: f32 = 0.0;
         for index in ones(live) {
             let ray = &groups[index].ray;
             let forward = axes.forward(&ray.dir);
@@ -76,18 +75,8 @@ impl Aim {
             let [x, y] = slopes[index];
             let bounds = [[lowest(x), highest(x)], [lowest(y), highest(y)]];
             let spread = (bounds[0][1] - bounds[0][0]) + (bounds[1][1] - bounds[1][0]);
-            let first = ray.valid.bits().trailing_zeros() as usize;
-            let apart: [F; 3] =
-                each(|axis| (ray.origin[axis] - F::splat(ray.origin[axis].lane(first))).abs());
-            let apart = F::select(ray.valid, apart[0] + apart[1] + apart[2], F::splat(0.0));
-            if apart.gt(F::splat((LARGEST_SHARE - spread) * size)).any() {
-                let ends = F::select(ray.valid, ray.t_max * forward, neg);
-                let across = apart.reduce_max() + spread * ends.reduce_max().min(size);
-                if across > LARGEST_SHARE * size {
-                    continue;
-                }
-            }
             aimed |= 1 << index;
+            widest = widest.max(spread);
             [all.min[0][index], all.max[0][index]] = bounds[0];
             [all.min[1][index], all.max[1][index]] = bounds[1];
             let [x, y, z] = &ray.origin;
@@ -105,8 +94,14 @@ impl Aim {
         if let Some(origin) = shared_origin(groups, aimed) {
             let reach = reach(margin);
             let apex = axes.turn(origin);
-            if let Some(fan) = Cone::new(axes, apex, origin, &all, &reach) {
+            if fans
+                && widest <= WIDEST_FAN
+                && let Some(fan) = Cone::new(axes, apex, origin, &all, &reach)
+            {
                 return Some((Self::Fan(fan), aimed));
+            }
+            if let Some(cone) = Cone::new(axes, apex, [0.0; 3], &all, &reach) {
+                return Some((Self::Cone(cone), aimed));
             }
         }
         let is_near = |apex: &[f32; 3]| {

@@ -2,6 +2,7 @@
 
 use super::group::Group;
 use super::pace::Pace;
+use super::rest::Rest;
 use super::stream::Stream;
 use super::tile::Tile;
 use super::{Closest, packet};
@@ -9,7 +10,7 @@ use crate::bvh::Bvh;
 use crate::hit::{Hits, NO_HIT};
 use crate::kernels::ScaledRay;
 use crate::ray::{Ray, RayPacket, Rays};
-use crate::simd::{F32x8, Lanes, Native};
+use crate::simd::{F32x8, LaneMask, Lanes, Native};
 
 /// The rays that one step of a batch takes: also the unit in which threads share a batch.
 pub(crate) const TILE_RAYS: usize = Tile::<Native>::RAYS;
@@ -68,8 +69,8 @@ fn trace<const ANY: bool>(
     for start in (0..rays.len()).step_by(TILE_RAYS) {
         let end = (start + TILE_RAYS).min(rays.len());
         tile.load(rays.range(start, end));
-        let left = tile.trace::<ANY>(bvh, &mut pace);
-        stream.trace::<ANY, _>(bvh, &mut tile.groups, left, &mut pace);
+        tile.trace::<ANY>(bvh, &mut pace);
+        stream.trace::<ANY, _>(bvh, &mut tile.groups, &tile.rest);
         for (group, start) in tile.groups.iter().zip((start..end).step_by(Native::LANES)) {
             done(start, group, (end - start).min(Native::LANES));
         }
@@ -91,7 +92,10 @@ fn trace_one<const ANY: bool>(bvh: &Bvh, ray: &Ray) -> Group<f32> {
         ScaledRay::new(ray.origin.to_array(), ray.dir.to_array(), ray.t_min, ray.t_max, true);
     let mut group = Group::new();
     group.load(&scaled);
-    Stream::one().trace::<ANY, _>(bvh, std::slice::from_mut(&mut group), 1, &mut Pace::new());
+    let mut rest = Rest::new(1);
+    rest.add_whole(0, group.ray.valid.bits());
+    let groups = std::slice::from_mut(&mut group);
+    Stream::one().trace::<ANY, _>(bvh, groups, &rest);
     group
 }
 

@@ -118,13 +118,6 @@ impl<F: Lanes> Group<F> {
         }
     }
 
-    /// True if a ray meets the box.
-    #[inline(always)]
-    pub(super) fn meets_box(&self, bounds: impl Fn(usize) -> F) -> bool {
-        let (near, far) = self.interval(bounds);
-        near.le(far).any()
-    }
-
     /// Tests a triangle, `v0.x .. v2.z`, which may already be relative to the origin that all rays
     /// share. True if it is kept for any lane.
     #[inline(always)]
@@ -257,7 +250,7 @@ impl<F: Lanes> Group<F> {
 
     /// Notes what a lane met, `t` in terms of the scaled ray.
     pub(super) fn set(&mut self, lane: usize, best: &Closest) {
-        if best.id == NO_HIT {
+        if best.id == self.id(lane) {
             return;
         }
         self.ids.set_lane(lane, f32::from_bits(best.id));

@@ -1,10 +1,11 @@
 //! Traversals: rays against the tree.
 //!
-//! - `batch`: rays of any number; looks at them and picks one of the next two
-//! - `tile`: up to sixteen groups of rays that run alike, in one descent
-//! - `packet`: eight rays that come alone
+//! - `batch`: rays of any number, tile by tile
+//! - `tile`: up to sixteen groups of rays, in one descent as long as many of them go the same way
+//! - `rest`: what a tile leaves to single rays
 //! - `stream`: rays one by one, several in turns, each step by `single`
-//! - `pace`: when a tile does not pay
+//! - `pace`: which of both is worth it
+//! - `packet`: eight rays that come alone
 //! - `shadow`: points against an area light
 //! - [`visits`]: counts for whoever tunes them
 //! - [`mod@reference`]: one ray against everything, written independently
@@ -17,9 +18,12 @@ mod beams;
 mod cone;
 mod cull;
 mod group;
+mod leaf;
+mod open;
 mod pace;
 mod packet;
 pub mod reference;
+mod rest;
 pub(crate) mod shadow;
 mod single;
 mod stream;

@@ -10,7 +10,7 @@
 //! smaller id. Any hit needs no order: a set of children waits, the largest first.
 
 use super::group::Group;
-use super::pace::Pace;
+use super::rest::{ROOM, Rest};
 use super::single::Single;
 use super::visits::count;
 use super::{Closest, ones};
@@ -22,8 +22,9 @@ use crate::simd::{Keys, LaneMask, Lanes};
 /// How many rays take turns.
 const SIDE_BY_SIDE: usize = 16;
 
-/// How many entries a stack needs: each node on the way leaves at most seven, the last one eight.
-const STACK: usize = (WIDTH - 1) * MAX_DEPTH + WIDTH;
+/// How many entries a stack needs: what it starts with, then each node on the way leaves at most seven,
+/// the last one eight.
+const STACK: usize = ROOM + (WIDTH - 1) * MAX_DEPTH + WIDTH;
 
 /// Where a stack starts: below lie zeros, so that a whole register below any entry can be read.
 const BOTTOM: usize = WIDTH;
@@ -62,16 +63,32 @@ impl Cursor {
         }
     }
 
-    /// Takes a new ray; the root comes next.
+    /// Takes the next ray that has anything left, and what comes first for it. False if there is none.
     #[inline(always)]
-    fn start<F: Lanes>(&mut self, groups: &[Group<F>], at: (usize, usize)) {
-        count(|visits| visits.singles += 1);
-        (self.group, self.lane) = at;
-        let group = &groups[self.group];
-        group.take_single(self.lane, &mut self.ray);
-        self.best = Closest { t: group.ray.t_max.lane(self.lane), u: 0.0, v: 0.0, id: NO_HIT };
-        (self.index, self.meta) = (0, 0);
-        self.waiting = BOTTOM;
+    fn start<const ANY: bool, F: Lanes>(&mut self, work: &mut Work<'_, F>) -> bool {
+        while let Some((index, lane)) = work.next_ray() {
+            let group = &work.groups[index];
+            let (t, id) = (group.ray.t_max.lane(lane), group.id(lane));
+            if ANY && id != NO_HIT {
+                continue;
+            }
+            (self.index, self.meta, self.waiting) = (0, 0, BOTTOM);
+            let (keys, nodes) = (&mut self.keys[BOTTOM..], &mut self.nodes[BOTTOM..]);
+            match work.rest.take::<ANY, F>((index, lane), t, keys, nodes) {
+                Some(0) => continue,
+                Some(entries) => {
+                    self.waiting += entries;
+                    self.next::<ANY>(work.bvh, &work.shelves);
+                }
+                None => {}
+            }
+            count(|visits| visits.singles += 1);
+            (self.group, self.lane) = (index, lane);
+            self.best = Closest { t, u: 0.0, v: 0.0, id };
+            group.take_single(lane, &mut self.ray);
+            return true;
+        }
+        false
     }
 
     /// Puts the children of the next node that the ray meets on the stack.
@@ -166,46 +183,41 @@ impl Stream {
         Self(vec![Cursor::new()])
     }
 
-    /// Traces the valid lanes of the groups in the set `which`: their closest hits, or any hits if
-    /// `ANY`.
+    /// Traces what is left to rays of the groups: their closest hits, or any hits if `ANY`.
     pub(super) fn trace<const ANY: bool, F: Lanes>(
         &mut self,
         bvh: &Bvh,
         groups: &mut [Group<F>],
-        which: u32,
-        pace: &mut Pace,
+        rest: &Rest,
     ) {
+        let which = rest.groups();
         if which == 0 || bvh.nodes.is_empty() {
             return;
         }
-        let mut rays = 0;
-        for group in ones(which) {
-            groups[group].prepare_boxes(bvh.extent);
-            rays += groups[group].ray.valid.bits().count_ones();
+        for index in ones(which) {
+            groups[index].prepare_boxes(bvh.extent);
         }
-        let mut queue = Queue { groups: which, group: 0, lanes: 0 };
         let shelves = bvh.shelves();
-        let mut steps = 0;
+        let mut work = Work { bvh, shelves, groups, rest, which, group: 0, lanes: 0 };
         let (mut now, mut next) = (&mut Turn::default(), &mut Turn::default());
         for (place, cursor) in self.0.iter_mut().enumerate() {
-            let Some(at) = queue.next(groups) else { break };
-            cursor.start(groups, at);
+            if !cursor.start::<ANY, F>(&mut work) {
+                break;
+            }
             next.add(place, cursor.meta);
         }
         while next.nodes + next.leaves > 0 {
             std::mem::swap(&mut now, &mut next);
             (next.nodes, next.leaves) = (0, 0);
-            steps += now.nodes + now.leaves;
             for &place in &now.at_node[..now.nodes] {
                 self.0[usize::from(place)].enter::<ANY>(bvh);
-                self.go_on::<ANY, F>(usize::from(place), bvh, &shelves, groups, &mut queue, next);
+                self.go_on::<ANY, F>(usize::from(place), &mut work, next);
             }
             for &place in &now.at_leaf[..now.leaves] {
                 self.0[usize::from(place)].meet::<ANY>(bvh);
-                self.go_on::<ANY, F>(usize::from(place), bvh, &shelves, groups, &mut queue, next);
+                self.go_on::<ANY, F>(usize::from(place), &mut work, next);
             }
         }
-        pace.singles(rays, steps as u32);
     }
 
     /// Adds the ray to the next turn, or another one if it is done.
@@ -213,39 +225,44 @@ impl Stream {
     fn go_on<const ANY: bool, F: Lanes>(
         &mut self,
         place: usize,
-        bvh: &Bvh,
-        shelves: &Shelves<4>,
-        groups: &mut [Group<F>],
-        queue: &mut Queue,
+        work: &mut Work<'_, F>,
         next: &mut Turn,
     ) {
         let cursor = &mut self.0[place];
-        if !cursor.next::<ANY>(bvh, shelves) {
-            groups[cursor.group].set(cursor.lane, &cursor.best);
-            let Some(at) = queue.next(groups) else { return };
-            cursor.start(groups, at);
+        if !cursor.next::<ANY>(work.bvh, &work.shelves) {
+            work.groups[cursor.group].set(cursor.lane, &cursor.best);
+            if !cursor.start::<ANY, F>(work) {
+                return;
+            }
         }
         next.add(place, cursor.meta);
     }
 }
 
-/// The rays that are still to start: valid lanes of some groups.
-struct Queue {
-    groups: u32,
+/// The rays that are still to start, and what all of them need.
+struct Work<'a, F: Lanes> {
+    bvh: &'a Bvh,
+    shelves: Shelves<4>,
+    groups: &'a mut [Group<F>],
+    rest: &'a Rest,
+    /// The groups that come after `group`.
+    which: u32,
     group: usize,
+    /// The lanes of `group` that are still to start.
     lanes: u32,
 }
 
-impl Queue {
+impl<F: Lanes> Work<'_, F> {
+    /// The group and the lane of the next ray.
     #[inline(always)]
-    fn next<F: Lanes>(&mut self, groups: &[Group<F>]) -> Option<(usize, usize)> {
+    fn next_ray(&mut self) -> Option<(usize, usize)> {
         while self.lanes == 0 {
-            if self.groups == 0 {
+            if self.which == 0 {
                 return None;
             }
-            self.group = self.groups.trailing_zeros() as usize;
-            self.groups &= self.groups - 1;
-            self.lanes = groups[self.group].ray.valid.bits();
+            self.group = self.which.trailing_zeros() as usize;
+            self.which &= self.which - 1;
+            self.lanes = self.rest.lanes(self.group);
         }
         let lane = self.lanes.trailing_zeros() as usize;
         self.lanes &= self.lanes - 1;

@@ -1,4 +1,5 @@
-//! A tile: up to sixteen groups of rays that run alike, taken through the tree in one descent.
+//! A tile: up to sixteen groups of rays, taken through the tree together as long as many of them go the
+//! same way.
 //!
 //! Layout: a group is one register of rays (sixteen with AVX-512, else eight). What is known of a
 //! group as a whole is one lane of sixteen in the tile's [`Aim`].
@@ -7,7 +8,8 @@
 //! 1. The node's eight boxes against the whole tile, in eight lanes.
 //! 2. Each box that is left against the groups, in sixteen lanes: a set of groups.
 //! 3. If the groups' bounds are loose, each group of the set tests the box with its own rays and
-//!    leaves the set if none meets it.
+//!    leaves the set if none meets it. If [`pace::few`] rays are left, the child goes to their lists
+//!    in [`Rest`], for them to be traced one by one.
 //! 4. In a leaf, the boxes of its primitives go the same way, and the groups that are left test the
 //!    primitive with all their rays.
 //!
@@ -17,10 +19,13 @@
 use super::aim::Aim;
 use super::cull::Cull;
 use super::group::{Group, MAX_LANES};
+use super::leaf::{Leaf, SPHERE_FIELDS};
+use super::open::Open;
 use super::pace::{self, Pace};
+use super::rest::Rest;
 use super::visits::count;
 use super::{ones, stack_size};
-use crate::bvh::{Bvh, Child, LeafArray, PrimKind};
+use crate::bvh::{Bvh, Child, PrimKind, WIDTH};
 use crate::ray::Rays;
 use crate::simd::{F32x8, LaneMask, Lanes, each};
 
@@ -42,7 +47,12 @@ pub(super) struct Tile<F: Lanes> {
     pub(super) groups: [Group<F>; GROUPS],
     /// The groups with a ray that is still to be traced.
     live: u32,
+    /// What the descent leaves to single rays.
+    pub(super) rest: Rest,
     stack: Vec<Waiting>,
+    /// Of the last box: where each group's rays enter it, and which.
+    near: [F; GROUPS],
+    lanes: [u32; GROUPS],
     /// What is left of the descent's budget.
     budget: u32,
 }
@@ -55,6 +65,9 @@ impl<F: Lanes> Tile<F> {
         Self {
             groups: [Group::new(); GROUPS],
             live: 0,
+            rest: Rest::new(Self::RAYS),
+            near: [F::splat(0.0); GROUPS],
+            lanes: [0; GROUPS],
             stack: vec![Waiting::default(); stack_size(bvh)],
             budget: 0,
         }
@@ -81,29 +94,43 @@ impl<F: Lanes> Tile<F> {
         }
     }
 
-    /// Traces the groups whose rays run alike in one descent: their closest hits, or any hits if
-    /// `ANY`. Returns the groups that are left, to be traced ray by ray.
-    pub(super) fn trace<const ANY: bool>(&mut self, bvh: &Bvh, pace: &mut Pace) -> u32 {
+    /// Traces all groups: their closest hits, or any hits if `ANY`. What is left to single rays is in
+    /// [`Tile::rest`].
+    pub(super) fn trace<const ANY: bool>(&mut self, bvh: &Bvh, pace: &mut Pace) {
+        self.rest.clear();
         if bvh.nodes.is_empty() {
-            return 0;
+            return;
         }
-        if pace.pauses() {
-            return self.live;
+        let live = self.live;
+        let mut aimed = 0;
+        if let Some((mut aim, groups)) = Aim::new(&self.groups, live, bvh, pace.takes_fans()) {
+            aimed = groups;
+            self.live = aimed;
+            match &mut aim {
+                Aim::Fan(fan) => {
+                    self.budget = pace::budget(aimed.count_ones() * F::LANES as u32);
+                    let spent = self.descend::<ANY, _>(bvh, fan);
+                    pace.fan_ended(spent);
+                    if spent {
+                        // What it found stands: single rays look for what is closer, or as close.
+                        self.leave_whole();
+                    }
+                }
+                Aim::Cone(cone) => _ = self.descend::<ANY, _>(bvh, cone),
+                Aim::Beams(beams) => _ = self.descend::<ANY, _>(bvh, beams),
+            }
         }
-        let Some((mut aim, aimed)) = Aim::new(&self.groups, self.live, bvh) else {
-            return self.live;
-        };
-        let rest = self.live & !aimed;
-        self.live = aimed;
-        self.budget = pace.budget(aimed.count_ones() * F::LANES as u32);
-        let spent = match &mut aim {
-            Aim::Fan(fan) => self.descend::<ANY, _>(bvh, fan),
-            Aim::Cone(cone) => self.descend::<ANY, _>(bvh, cone),
-            Aim::Beams(beams) => self.descend::<ANY, _>(bvh, beams),
-        };
-        pace.descended(spent);
-        // What the descent found stands: the single rays look for what is closer, or as close.
-        if spent { rest | self.live } else { rest }
+        self.live = live & !aimed;
+        if self.live != 0 {
+            self.descend::<ANY, _>(bvh, &mut Open);
+        }
+    }
+
+    /// Leaves the whole tree to the rays of all live groups.
+    fn leave_whole(&mut self) {
+        for index in ones(self.live) {
+            self.rest.add_whole(index, self.groups[index].ray.valid.bits());
+        }
     }
 
     /// One descent with all live groups. True if it gave up, its budget spent.
@@ -125,7 +152,7 @@ impl<F: Lanes> Tile<F> {
         self.stack[0] =
             Waiting { groups: self.live, start: f32::NEG_INFINITY, ..Waiting::default() };
         while waiting > 0 {
-            if self.budget == 0 {
+            if !C::LOOSE && self.budget == 0 {
                 return true;
             }
             waiting -= 1;
@@ -172,34 +199,53 @@ impl<F: Lanes> Tile<F> {
         &mut self,
         bvh: &Bvh,
         cull: &C,
-        node: u32,
+        number: u32,
         groups: u32,
         mut waiting: usize,
     ) -> usize {
         count(|visits| visits.nodes += 1);
         self.spend(pace::NODE);
-        let node = &bvh.nodes[node as usize];
+        let node = &bvh.nodes[number as usize];
         let base = waiting;
         let bounds = each(|place| F32x8::load(&node.bounds[place]));
-        let (boxes, mut slots) = cull.boxes(bounds);
-        while slots != 0 {
-            let slot = slots.trailing_zeros() as usize;
-            slots &= slots - 1;
-            let (met, start) = cull.groups(&boxes, slot);
-            let mut met = met & groups;
+        let (boxes, slots) = cull.boxes(bounds);
+        let mut met = [0; WIDTH];
+        let mut starts = [0.0; WIDTH];
+        let mut tests = 0;
+        for slot in ones(slots) {
+            let slot = slot & 7;
+            let (may_meet, start) = cull.groups(&boxes, slot);
+            (met[slot], starts[slot]) = (may_meet & groups, start);
+            tests += met[slot].count_ones();
+        }
+        let share = tests as f32 / groups.count_ones() as f32;
+        for slot in ones(slots) {
+            let slot = slot & 7;
+            let mut met = met[slot];
             if C::LOOSE {
-                self.spend(pace::BOX * met.count_ones());
+                let mut rays = 0;
                 for index in ones(met) {
                     count(|visits| visits.box_groups += 1);
-                    let group = &self.groups[index];
-                    if !group.meets_box(|place| F::splat(node.bounds[place][slot])) {
-                        met &= !(1 << index);
+                    let bounds = |place: usize| F::splat(node.bounds[place][slot]);
+                    let (near, far) = self.groups[index & 15].interval(bounds);
+                    let lanes = near.le(far).bits();
+                    self.near[index & 15] = near;
+                    self.lanes[index & 15] = lanes;
+                    rays += lanes.count_ones();
+                    met &= !(u32::from(lanes == 0) << index);
+                }
+                if rays <= pace::few(met, share, node.meta[slot]) {
+                    for index in ones(met) {
+                        let (near, lanes) = (self.near[index & 15], self.lanes[index & 15]);
+                        self.rest.add::<ANY, F>(index, lanes, near, (number, slot));
                     }
+                    continue;
                 }
             }
             if met == 0 {
                 continue;
             }
+            let start = starts[slot];
             let (index, meta) = (node.index[slot], node.meta[slot]);
             let mut place = waiting;
             while !ANY && place > base && self.stack[place - 1].start < start {
@@ -264,57 +310,5 @@ impl<F: Lanes> Tile<F> {
         if drawn_in {
             cull.settle();
         }
-    }
-}
-
-/// How many fields a sphere has; all other primitives are points alone.
-const SPHERE_FIELDS: usize = 4;
-
-/// A leaf of one kind of primitives, taken out of its array: one lane a primitive.
-pub(super) struct Leaf<'a, const FIELDS: usize> {
-    pub(super) lanes: [F32x8; FIELDS],
-    ids: &'a [u32],
-    pub(super) count: u32,
-}
-
-impl<'a, const FIELDS: usize> Leaf<'a, FIELDS> {
-    #[inline(always)]
-    pub(super) fn new(array: &'a LeafArray<FIELDS>, first: u32, count: u32) -> Self {
-        let leaf = array.leaf(first, count);
-        let lanes = each(|field| F32x8::load(leaf.lanes(field)));
-        Self { lanes, ids: &array.ids[first as usize..][..count as usize], count }
-    }
-
-    /// The boxes of the primitives.
-    #[inline(always)]
-    pub(super) fn bounds(&self) -> [F32x8; 6] {
-        if FIELDS == SPHERE_FIELDS {
-            let radius = self.lanes[3];
-            return each(|place| {
-                let center = self.lanes[place % 3];
-                if place < 3 { center - radius } else { center + radius }
-            });
-        }
-        let mut bounds: [F32x8; 6] = each(|place| self.lanes[place % 3]);
-        for field in 3..FIELDS {
-            let lanes = self.lanes[field];
-            bounds[field % 3] = Lanes::min(bounds[field % 3], lanes);
-            bounds[3 + field % 3] = Lanes::max(bounds[3 + field % 3], lanes);
-        }
-        bounds
-    }
-
-    /// Makes all points relative to `origin`, as each ray that starts there would.
-    #[inline(always)]
-    fn shift(&mut self, origin: [F32x8; 3]) {
-        for (field, lanes) in self.lanes.iter_mut().enumerate() {
-            *lanes -= origin[field % 3];
-        }
-    }
-
-    /// The fields of one primitive.
-    #[inline(always)]
-    fn fields(&self, place: usize) -> [f32; FIELDS] {
-        each(|field| self.lanes[field].lane(place & 7))
     }
 }

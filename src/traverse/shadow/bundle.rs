@@ -9,7 +9,7 @@ use crate::kernels::{
 };
 use crate::points::SHADOW_T_MAX;
 use crate::simd::{F32x8, F32x16, LaneMask, Lanes};
-use crate::traverse::tile::Leaf;
+use crate::traverse::leaf::Leaf;
 use crate::traverse::{SHEAR_ORDER, ones};
 
 /// One register of shadow rays.

@@ -7,8 +7,8 @@
 use super::shafts::Cull;
 use crate::bvh::{Bvh, Child, LEAF, Node, PrimKind};
 use crate::simd::{F32x8, Lanes};
+use crate::traverse::leaf::Leaf;
 use crate::traverse::ones;
-use crate::traverse::tile::Leaf;
 use crate::traverse::visits::count;
 
 /// Groups that go down the tree together, culled by `C`.

@@ -10,7 +10,7 @@ use super::shafts::{Beams, Cull, GROUPS, Shafts};
 use super::sight::Sight;
 use crate::bvh::{Bvh, LEAF, Node};
 use crate::simd::{F32x8, F32x16, Lanes, each};
-use crate::traverse::tile::Leaf;
+use crate::traverse::leaf::Leaf;
 use crate::traverse::{ones, stack_size};
 
 /// How many leaves are entered first.

@@ -1,0 +1,56 @@
+//! A leaf in registers: its primitives side by side, and the box of each.
+
+use crate::bvh::LeafArray;
+use crate::simd::{F32x8, Lanes, each};
+
+/// How many fields a sphere has; all other primitives are points alone.
+pub(super) const SPHERE_FIELDS: usize = 4;
+
+/// A leaf of one kind of primitives, taken out of its array: one lane a primitive.
+pub(super) struct Leaf<'a, const FIELDS: usize> {
+    pub(super) lanes: [F32x8; FIELDS],
+    pub(super) ids: &'a [u32],
+    pub(super) count: u32,
+}
+
+impl<'a, const FIELDS: usize> Leaf<'a, FIELDS> {
+    #[inline(always)]
+    pub(super) fn new(array: &'a LeafArray<FIELDS>, first: u32, count: u32) -> Self {
+        let leaf = array.leaf(first, count);
+        let lanes = each(|field| F32x8::load(leaf.lanes(field)));
+        Self { lanes, ids: &array.ids[first as usize..][..count as usize], count }
+    }
+
+    /// The boxes of the primitives.
+    #[inline(always)]
+    pub(super) fn bounds(&self) -> [F32x8; 6] {
+        if FIELDS == SPHERE_FIELDS {
+            let radius = self.lanes[3];
+            return each(|place| {
+                let center = self.lanes[place % 3];
+                if place < 3 { center - radius } else { center + radius }
+            });
+        }
+        let mut bounds: [F32x8; 6] = each(|place| self.lanes[place % 3]);
+        for field in 3..FIELDS {
+            let lanes = self.lanes[field];
+            bounds[field % 3] = Lanes::min(bounds[field % 3], lanes);
+            bounds[3 + field % 3] = Lanes::max(bounds[3 + field % 3], lanes);
+        }
+        bounds
+    }
+
+    /// Makes all points relative to `origin`, as each ray that starts there would.
+    #[inline(always)]
+    pub(super) fn shift(&mut self, origin: [F32x8; 3]) {
+        for (field, lanes) in self.lanes.iter_mut().enumerate() {
+            *lanes -= origin[field % 3];
+        }
+    }
+
+    /// The fields of one primitive.
+    #[inline(always)]
+    pub(super) fn fields(&self, place: usize) -> [f32; FIELDS] {
+        each(|field| self.lanes[field].lane(place & 7))
+    }
+}
