@@ -22,23 +22,29 @@ const SINGLE: u32 = 20;
 /// The most fans that are not tried after failures.
 const LONGEST_PAUSE: u32 = 7;
 
-/// The rays that a child must be met by at least, less one, so that a tile goes there: a constant,
-/// and a part for each box test that is to be expected. The latter are a group's share of the boxes of
-/// the last node (all eight if nothing is known of the groups' bounds), for each of its groups.
+/// The rays that a child must be met by, less one, so that a tile goes there: a constant, and a part
+/// for each box test that is to be expected. The latter are a group's share of the boxes of the last
+/// node (all eight if nothing is known of the groups' bounds), for each of its groups.
 ///
-/// Swept for nodes over 0 to 6 and 0.3 to 1, for leaves over 0 to 4 and 0.3 to 2, on the bunny, the
-/// terrain, the atrium and the dense scan: between 0.5 and 1, and 0.4 and 0.8, nothing moves by more
-/// than a twentieth. Leaves at 2 lose a tenth with mirrors and hard shadows, nodes at 0.3 with ao.
+/// Swept for nodes over 0 to 6 and 0.3 to 1, for leaves over 0 to 4 and 0.3 to 2 (a leaf has about
+/// five primitives), on the bunny, the terrain, the atrium and the dense scan: between 0.5 and 1, and
+/// 0.4 and 0.8, nothing moves by more than a twentieth. Leaves at 2 lose a tenth with mirrors and hard
+/// shadows, nodes at 0.3 with ao.
 const FEW_AT_NODE: (f32, f32) = (3.0, 0.8);
-/// The same for leaves.
-const FEW_AT_LEAF: (f32, f32) = (2.0, 0.5);
+/// The same for leaves; the second one for each of a leaf's primitives.
+const FEW_AT_LEAF: (f32, f32) = (2.0, 0.1);
 
 /// The most rays of `groups` that are left to go on their own to a child of that description (see
 /// [`crate::bvh::Child`]), if each group tested a `share` of its node's boxes.
 #[inline(always)]
 pub(super) fn few(groups: u32, share: f32, meta: u32) -> u32 {
-    let (constant, each) = if meta & LEAF_CHILD == 0 { FEW_AT_NODE } else { FEW_AT_LEAF };
-    (constant + each * share * groups.count_ones() as f32) as u32
+    let tests = share * groups.count_ones() as f32;
+    let (constant, each) = if meta & LEAF_CHILD == 0 {
+        FEW_AT_NODE
+    } else {
+        (FEW_AT_LEAF.0, FEW_AT_LEAF.1 * (meta & 0xff) as f32)
+    };
+    (constant + each * tests) as u32
 }
 
 /// What the descent of a fan of so many rays may cost.
