@@ -3,9 +3,9 @@
 //!
 //! `clusters` puts neighbours together, `crown` splits these, and `build` what is in them: a `binary`
 //! tree of `primitive` boxes by the surface area heuristic (`binning`), as good as its `quality`
-//! says, with a `plan` which of its nodes to keep. `collapse` turns it into `node`s of eight and lays
-//! the primitives out in leaf order (`leaves`). A `watch` sees how far that is. `validate` checks what
-//! the traversals rely on, `stats` measures it.
+//! says, with a `plan` which of its nodes to keep. `collapse` turns it into `node`s of eight, their
+//! children in the order of their `outlook`, and lays the primitives out in leaf order (`leaves`). A
+//! `watch` sees how far that is. `validate` checks what the traversals rely on, `stats` measures it.
 
 mod binary;
 mod binning;
@@ -15,6 +15,7 @@ mod collapse;
 mod crown;
 mod leaves;
 mod node;
+mod outlook;
 mod plan;
 mod primitive;
 mod quality;
