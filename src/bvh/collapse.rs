@@ -4,6 +4,7 @@
 //! [`TASK`] primitives, each with its own part of every leaf array: all threads lay them out at
 //! once, and nodes and leaves come in the same order for every number of threads.
 
+use std::cell::Cell;
 use std::sync::atomic::{AtomicU32, Ordering};
 
 use rayon::prelude::*;
@@ -12,8 +13,9 @@ use super::binary::{BinaryTree, Cursor};
 use super::leaves::{DROPPED, LeafArray, LeafPart, Leaves, packed_slot};
 use super::node::{Child, MAX_LEAF, Node, WIDTH};
 use super::outlook::{self, Outlook, Slot};
+use super::primitive::PrimitiveKey;
 use super::watch::{Cancelled, Watch};
-use super::{BuildPrimitive, PrimKind, PrimitiveSource};
+use super::{PrimKind, PrimitiveSource};
 use crate::geometry::Aabb;
 
 /// A subtree of up to this many primitives is laid out by one thread.
@@ -22,7 +24,7 @@ const TASK: usize = 8192;
 /// Nodes, leaves and the depth of the wide tree.
 pub(super) fn collapse(
     tree: &BinaryTree,
-    primitives: &[BuildPrimitive],
+    primitives: &[PrimitiveKey],
     ids: usize,
     source: &impl PrimitiveSource,
     watch: &Watch<'_>,
@@ -150,7 +152,7 @@ struct Task<'a> {
 
 impl Task<'_> {
     /// How many primitives there are of each kind.
-    fn kinds(&self, primitives: &[BuildPrimitive], mixed: bool) -> [usize; 3] {
+    fn kinds(&self, primitives: &[PrimitiveKey], mixed: bool) -> [usize; 3] {
         let (mut counts, range) = ([0; 3], range(self.root, primitives));
         if mixed {
             range.iter().for_each(|one| counts[one.kind() as usize] += 1);
@@ -170,7 +172,7 @@ struct Part {
 }
 
 /// The primitives below a binary node.
-fn range<'a>(root: Cursor<'_>, primitives: &'a [BuildPrimitive]) -> &'a [BuildPrimitive] {
+fn range<'a>(root: Cursor<'_>, primitives: &'a [PrimitiveKey]) -> &'a [PrimitiveKey] {
     let node = root.node();
     &primitives[node.first as usize..][..node.count as usize]
 }
@@ -210,7 +212,7 @@ impl<'a> Top<'a> {
 
 /// Makes the nodes and leaves of one task.
 struct Layout<'a, S> {
-    primitives: &'a [BuildPrimitive],
+    primitives: &'a [PrimitiveKey],
     source: &'a S,
     slot_of: &'a [AtomicU32],
     triangles: LeafPart<'a, 9>,
@@ -264,18 +266,21 @@ impl<S: PrimitiveSource> Layout<'_, S> {
         }
         let ids = &mut ids[..count];
         ids.sort_unstable();
-        let source = self.source;
+        let (source, surface) = (self.source, Cell::new(0.0));
         let first = match kind {
             PrimKind::Triangle => self.triangles.push_leaf(ids, |id| {
                 let [a, b, c] = source.triangle(id);
+                surface.update(|all| all + Aabb::of_points(&[a, b, c]).half_area());
                 [a.x, a.y, a.z, b.x, b.y, b.z, c.x, c.y, c.z]
             }),
             PrimKind::Quad => self.quads.push_leaf(ids, |id| {
                 let [a, b, c, d] = source.quad(id);
+                surface.update(|all| all + Aabb::of_points(&[a, b, c, d]).half_area());
                 [a.x, a.y, a.z, b.x, b.y, b.z, c.x, c.y, c.z, d.x, d.y, d.z]
             }),
             PrimKind::Sphere => self.spheres.push_leaf(ids, |id| {
                 let (center, radius) = source.sphere(id);
+                surface.update(|all| all + 12.0 * radius * radius);
                 [center.x, center.y, center.z, radius]
             }),
         };
@@ -284,6 +289,6 @@ impl<S: PrimitiveSource> Layout<'_, S> {
             self.slot_of[id as usize].store(packed, Ordering::Relaxed);
         }
         let child = Child::Leaf { kind, first, count: count as u32 };
-        (child, Outlook::of_leaf(range, &root.node().bounds))
+        (child, Outlook::of_leaf(surface.get(), &root.node().bounds))
     }
 }

@@ -39,6 +39,9 @@ pub use validate::BvhError;
 pub use watch::{BuildProgress, Cancelled, Watch};
 
 use glam::Vec3;
+use rayon::prelude::*;
+
+use primitive::PrimitiveKey;
 
 use crate::geometry::Aabb;
 use crate::prefetch::Shelves;
@@ -84,7 +87,10 @@ impl Bvh {
     ) -> Result<Self, Cancelled> {
         watch.start(primitives.len());
         let (tree, bounds) = build::build(&mut primitives, quality, watch)?;
-        let (nodes, leaves, depth) = collapse::collapse(&tree, &primitives, ids, source, watch)?;
+        // Boxes are done with: their memory is needed for the leaves.
+        let order: Vec<PrimitiveKey> = primitives.par_iter().map(PrimitiveKey::of).collect();
+        drop(primitives);
+        let (nodes, leaves, depth) = collapse::collapse(&tree, &order, ids, source, watch)?;
         let extent = if bounds.is_empty() {
             0.0
         } else {

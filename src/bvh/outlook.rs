@@ -5,12 +5,12 @@
 //! with the ratio of their surfaces (Goldsmith and Salmon 1987), and a ray that is not stopped by one
 //! child goes on to the next.
 
-use super::BuildPrimitive;
 use super::node::{Child, Node};
 use crate::geometry::Aabb;
 
-/// What share of its box's surface a primitive has: a triangle across its box a quarter, along one of
-/// its sides a half, as a sphere. The rays of the atrium and the bunny are as fast with a half.
+/// What share of its box's surface a primitive is taken to have: that of a triangle across the box.
+/// With the surfaces themselves (flat ones count more then) rays from the bunny and the terrain to 16
+/// samples are 0.88 and 0.95 times as fast, others the same.
 const FILLED: f32 = 0.25;
 
 /// A leaf with more surface than this many boxes stops every ray.
@@ -40,9 +40,8 @@ impl Default for Slot {
 }
 
 impl Outlook {
-    /// That of a leaf, whose box is `bounds`.
-    pub(super) fn of_leaf(primitives: &[BuildPrimitive], bounds: &Aabb) -> Self {
-        let surface: f32 = primitives.iter().map(|one| one.bounds().half_area()).sum();
+    /// That of a leaf, whose box is `bounds`. `surface` is half of that of its primitives' boxes.
+    pub(super) fn of_leaf(surface: f32, bounds: &Aabb) -> Self {
         // A box without surface, or with more than floats hold, is taken to be full.
         let layers = (FILLED * surface / bounds.half_area()).min(OPAQUE);
         Self { stopped: 1.0 - (-layers).exp(), cost: 1.0 }
@@ -69,15 +68,15 @@ mod tests {
     use glam::Vec3;
 
     use super::*;
-    use crate::bvh::{PrimKind, WIDTH};
+    use crate::bvh::WIDTH;
 
     fn cube(side: f32) -> Aabb {
         Aabb { min: Vec3::ZERO, max: Vec3::splat(side) }
     }
 
-    fn leaf(side: f32, sides: &[f32]) -> Outlook {
-        let one = |&side: &f32| BuildPrimitive::new(cube(side), PrimKind::Triangle, 0);
-        Outlook::of_leaf(&sides.iter().map(one).collect::<Vec<_>>(), &cube(side))
+    /// A cube around so many primitives of the same size.
+    fn leaf(side: f32, primitives: usize) -> Outlook {
+        Outlook::of_leaf(cube(side).half_area() * primitives as f32, &cube(side))
     }
 
     /// Children named by number, in the order in which they are put.
@@ -96,7 +95,7 @@ mod tests {
 
     #[test]
     fn what_stops_a_ray_soonest_comes_first() {
-        let (full, airy) = (leaf(1.0, &[1.0; 8]), leaf(2.0, &[1.0, 2.0]));
+        let (full, airy) = (leaf(1.0, 8), leaf(2.0, 1));
         assert!(full.stopped > 0.8 && airy.stopped < 0.3, "{full:?} {airy:?}");
         assert_eq!(order(&[(2.0, airy), (1.0, full)]).0, [1, 0], "not the largest");
         let deep = Outlook { cost: 9.0, ..full };
@@ -120,7 +119,7 @@ mod tests {
     #[test]
     fn boxes_without_a_size_have_an_outlook() {
         for side in [0.0, 1e-30, 1e30, f32::MAX] {
-            let one = leaf(side, &[side; 8]);
+            let one = leaf(side, 8);
             assert!((0.0..=1.0).contains(&one.stopped), "{one:?}");
             let (_, outlook) = order(&[(side, one), (side, one)]);
             assert!((0.0..=1.0).contains(&outlook.stopped) && outlook.cost >= 1.0, "{outlook:?}");
