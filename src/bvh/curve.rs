@@ -166,3 +166,71 @@ impl Curve {
         along(0) | along(1) | along(2)
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use glam::Vec3;
+
+    use super::*;
+    use crate::bvh::PrimKind;
+    use crate::geometry::Aabb;
+
+    fn sorted(points: &[Vec3]) -> Sorted {
+        let boxed = |(id, &point): (u32, &Vec3)| {
+            BuildPrimitive::new(Aabb::of_points(&[point]), PrimKind::Sphere, id)
+        };
+        let primitives: Vec<BuildPrimitive> = (0..).zip(points).map(boxed).collect();
+        let sorted = sort(&primitives, Range::of(&primitives));
+        assert!(sorted.keys.is_sorted());
+        let mut ids: Vec<u32> = sorted.primitives.iter().map(BuildPrimitive::id).collect();
+        ids.sort_unstable();
+        assert!(ids.into_iter().eq(0..points.len() as u32), "each once");
+        let mut end = 0;
+        for cluster in &sorted.clusters {
+            assert!(cluster.first == end && (1..=CLUSTER as u32).contains(&cluster.count));
+            end += cluster.count;
+        }
+        assert_eq!(end as usize, points.len());
+        sorted
+    }
+
+    /// The points of a lattice, the last axis first.
+    fn lattice([x, y, z]: [u32; 3]) -> Vec<Vec3> {
+        let at = |place| [place / z / y % x, place / z % y, place % z];
+        (0..x * y * z).map(|place| Vec3::from_array(at(place).map(|along| along as f32))).collect()
+    }
+
+    #[test]
+    fn keys_are_interleaved_places() {
+        let points = lattice([16, 16, 16]);
+        let place = |point: &Vec3| {
+            let bit = |level: u32| {
+                (0..3)
+                    .map(move |axis| (point[axis] as u32 >> level & 1) << (3 * level + axis as u32))
+            };
+            (0..4).flat_map(bit).sum::<u32>()
+        };
+        for (one, number) in sorted(&points).primitives.iter().zip(0..) {
+            assert_eq!(place(&one.bounds().min), number, "{one:?}");
+        }
+    }
+
+    #[test]
+    fn flat_and_long_scenes_have_as_many_cells() {
+        for sides in [[300, 300, 1], [1, 400, 200], [60_000, 1, 1], [2000, 5, 5]] {
+            let mut keys = sorted(&lattice(sides)).keys;
+            keys.dedup();
+            assert_eq!(keys.len() as u32, sides.iter().product::<u32>(), "{sides:?}");
+        }
+        sorted(&[Vec3::ONE; 1000]);
+        sorted(&[Vec3::splat(-1e38), Vec3::splat(1e38), Vec3::ZERO]);
+    }
+
+    #[test]
+    fn keys_fall_apart_at_their_highest_bit() {
+        assert_eq!(middle(&[0, 1, 2, 3, 4, 5]), 4);
+        assert_eq!(middle(&[8, 9, 12, 13, 13]), 2);
+        assert_eq!(middle(&[6, 7]), 1);
+        assert_eq!(middle(&[5; 7]), 3);
+    }
+}

@@ -87,7 +87,8 @@ impl Bvh {
         quality: BuildQuality,
         watch: &Watch<'_>,
     ) -> Result<Self, Cancelled> {
-        watch.start(primitives.len());
+        let rounds = if quality == BuildQuality::High { reinsert::ROUNDS } else { 0 };
+        watch.start(primitives.len() * (2 + rounds));
         let (tree, bounds) = build::build(&mut primitives, quality, watch)?;
         // Boxes are done with: their memory is needed for the leaves.
         let order: Vec<PrimitiveKey> = primitives.par_iter().map(PrimitiveKey::of).collect();
