@@ -1,11 +1,11 @@
 //! A binary tree over boxes by the surface area heuristic, and the plan of the tree of eight.
 //!
-//! The builder sees boxes, kinds and ids, never primitives. Primitives are sorted into the cells of
-//! a grid first (`clusters`), and the top of the tree is split by cells (`crown`); what follows
-//! partitions one array in place, so the order of its entries afterwards is the order of the tree's
-//! leaves. The top of the tree is split by all threads; below [`TREELET`] primitives a *treelet*
-//! belongs to one thread. What is done follows from the counts alone: the tree is the same for
-//! every number of threads.
+//! The builder sees boxes, kinds and ids, never primitives. Neighbours are put together first
+//! (`clusters`, or for the fastest build `curve`), and the top of the tree is split by clusters
+//! (`crown`). What follows partitions one array in place, or leaves it as the curve has it (`linear`),
+//! so the order of its entries afterwards is the order of the tree's leaves. The top of the tree is
+//! split by all threads; below [`TREELET`] primitives a *treelet* belongs to one thread. What is done
+//! follows from the counts alone: the tree is the same for every number of threads.
 //!
 //! Invariants: every leaf holds primitives of one kind, at most [`MAX_LEAF`]; no way from the root
 //! is longer than [`MAX_DEPTH`] (after `SAH_DEPTH` splits, ranges are halved).
@@ -14,9 +14,9 @@ use rayon::prelude::*;
 
 use super::binary::{BinaryNode, BinaryTree};
 use super::binning::{Binned, Bins, Grid, Range, Split};
-use super::clusters;
+use super::clusters::{self, Sorted};
 use super::crown::Bunch;
-use super::curve::{self, Sorted};
+use super::curve;
 use super::node::MAX_LEAF;
 use super::plan::{self, Costs};
 use super::primitive::BuildPrimitive;

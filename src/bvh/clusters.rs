@@ -11,7 +11,6 @@ use glam::Vec4;
 use rayon::prelude::*;
 
 use super::binning::{Binned, INTEGER, Range};
-use super::curve::Sorted;
 use super::primitive::{BuildPrimitive, SignedBox};
 
 /// There is a cell for so many primitives, most of them empty where surfaces are.
@@ -27,6 +26,14 @@ pub(super) struct Cluster {
     pub(super) range: Range,
     pub(super) first: u32,
     pub(super) count: u32,
+}
+
+/// Primitives in an order that has neighbours together.
+pub(super) struct Sorted {
+    pub(super) primitives: Vec<BuildPrimitive>,
+    /// Their places on a curve, ascending; none if they are sorted by cells.
+    pub(super) keys: Vec<u32>,
+    pub(super) clusters: Vec<Cluster>,
 }
 
 impl Binned for Cluster {

@@ -12,7 +12,7 @@ use glam::Vec4;
 use rayon::prelude::*;
 
 use super::binning::{Binned, INTEGER, Range};
-use super::clusters::{Cluster, parts};
+use super::clusters::{Cluster, Sorted, parts};
 use super::primitive::{BuildPrimitive, SignedBox};
 
 /// The bits of a key: [`DIGITS`] of [`DIGIT`] bits.
@@ -26,15 +26,7 @@ const MOST_ALONG: u32 = 16;
 /// A cluster has at most so many primitives. Larger ones make the tree sooner and worse.
 const CLUSTER: usize = 256;
 
-/// Primitives in the order of the curve.
-pub(super) struct Sorted {
-    pub(super) primitives: Vec<BuildPrimitive>,
-    /// The key of each.
-    pub(super) keys: Vec<u32>,
-    pub(super) clusters: Vec<Cluster>,
-}
-
-/// Sorts `primitives`, whose range is `range`.
+/// The primitives in the order of the curve. `range` is that of all.
 pub(super) fn sort(primitives: &[BuildPrimitive], range: Range) -> Sorted {
     let curve = Curve::new(range.centers);
     let mut pairs: Vec<AtomicU64> = Vec::new();
@@ -218,7 +210,9 @@ mod tests {
     #[test]
     fn flat_and_long_scenes_have_as_many_cells() {
         for sides in [[300, 300, 1], [1, 400, 200], [60_000, 1, 1], [2000, 5, 5]] {
-            let mut keys = sorted(&lattice(sides)).keys;
+            let mut points = lattice(sides);
+            points.reverse();
+            let mut keys = sorted(&points).keys;
             keys.dedup();
             assert_eq!(keys.len() as u32, sides.iter().product::<u32>(), "{sides:?}");
         }
