@@ -1,11 +1,11 @@
 //! A binary tree over boxes by the surface area heuristic, and the plan of the tree of eight.
 //!
-//! The builder sees boxes, kinds and ids, never primitives. Primitives are sorted into the cells of
-//! a grid first (`clusters`), and the top of the tree is split by cells (`crown`); what follows
-//! partitions one array in place, so the order of its entries afterwards is the order of the tree's
-//! leaves. The top of the tree is split by all threads; below [`TREELET`] primitives a *treelet*
-//! belongs to one thread. What is done follows from the counts alone: the tree is the same for
-//! every number of threads.
+//! The builder sees boxes, kinds and ids, never primitives. Neighbours are put together first
+//! (`clusters`, or for the fastest build `curve`), and the top of the tree is split by clusters
+//! (`crown`). What follows partitions one array in place, or leaves it as the curve has it (`linear`),
+//! so the order of its entries afterwards is the order of the tree's leaves. The top of the tree is
+//! split by all threads; below [`TREELET`] primitives a *treelet* belongs to one thread. What is done
+//! follows from the counts alone: the tree is the same for every number of threads.
 //!
 //! Invariants: every leaf holds primitives of one kind, at most [`MAX_LEAF`]; no way from the root
 //! is longer than [`MAX_DEPTH`] (after `SAH_DEPTH` splits, ranges are halved).
@@ -14,8 +14,9 @@ use rayon::prelude::*;
 
 use super::binary::{BinaryNode, BinaryTree};
 use super::binning::{Binned, Bins, Grid, Range, Split};
-use super::clusters;
+use super::clusters::{self, Sorted};
 use super::crown::Bunch;
+use super::curve;
 use super::node::MAX_LEAF;
 use super::plan::{self, Costs};
 use super::primitive::BuildPrimitive;
@@ -45,8 +46,6 @@ const CHUNK: usize = 16_384;
 
 /// What the qualities differ in.
 pub(super) struct Effort {
-    /// There is a cell for so many primitives, most of them empty where surfaces are.
-    pub(super) per_cell: usize,
     /// Fewer clusters than this are split primitive by primitive,
     pub(super) few_clusters: usize,
     /// and so are clusters with no more primitives than this.
@@ -56,9 +55,9 @@ pub(super) struct Effort {
 impl Effort {
     fn of(quality: BuildQuality) -> Self {
         match quality {
-            BuildQuality::Fast => Self { per_cell: 1, few_clusters: 2, few_primitives: 16 },
+            BuildQuality::Fast => Self { few_clusters: 2, few_primitives: 8 },
             BuildQuality::Balanced | BuildQuality::High => {
-                Self { per_cell: 2, few_clusters: 8, few_primitives: 128 }
+                Self { few_clusters: 8, few_primitives: 128 }
             }
         }
     }
@@ -79,11 +78,14 @@ pub(super) fn build(
     let extent = bounds.min.abs().max(bounds.max.abs()).max_element();
     let area_scale = (1.0 / extent).min(f32::MAX);
     let builder = Builder { effort: Effort::of(quality), area_scale, mixed, watch };
-    let (sorted, mut clusters) = clusters::sort(primitives, range, builder.effort.per_cell);
+    let Sorted { primitives: sorted, keys, mut clusters } = match quality {
+        BuildQuality::Fast => curve::sort(primitives, range),
+        _ => clusters::sort(primitives, range),
+    };
     watch.check()?;
     let range = clusters.par_chunks(CHUNK).map(Range::of).reduce(Range::empty, Range::union);
-    let (clusters, sorted) = (clusters.as_mut_slice(), sorted.as_slice());
-    let bunch = Bunch { sorted, clusters, primitives, first: 0, range, depth: 0 };
+    let (clusters, sorted, keys) = (clusters.as_mut_slice(), sorted.as_slice(), keys.as_slice());
+    let bunch = Bunch { sorted, keys, clusters, primitives, first: 0, range, depth: 0 };
     let (mut tree, _) = builder.crown(bunch);
     watch.check()?;
     tree.link();
@@ -181,7 +183,7 @@ impl Builder<'_> {
 
     /// True if these primitives can be a leaf.
     #[inline(always)]
-    fn leaf_fits(&self, primitives: &[BuildPrimitive]) -> bool {
+    pub(super) fn leaf_fits(&self, primitives: &[BuildPrimitive]) -> bool {
         primitives.len() <= MAX_LEAF && (!self.mixed || one_kind(primitives, primitives[0]))
     }
 

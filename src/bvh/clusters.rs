@@ -2,7 +2,7 @@
 //! can be split by cells instead of primitives (after Ganestam, Barringer, Doggett, Akenine-Möller
 //! 2015, "Bonsai: rapid bounding volume hierarchy generation using mini trees").
 //!
-//! It is a counting sort in [`Cells::parts`] parts, whose number follows from that of the primitives
+//! It is a counting sort in [`parts`] parts, whose number follows from that of the primitives
 //! alone, and within a cell the order stays: the same for every number of threads.
 
 use std::sync::atomic::{AtomicU32, Ordering};
@@ -13,6 +13,8 @@ use rayon::prelude::*;
 use super::binning::{Binned, INTEGER, Range};
 use super::primitive::{BuildPrimitive, SignedBox};
 
+/// There is a cell for so many primitives, most of them empty where surfaces are.
+const PER_CELL: usize = 2;
 /// There are never more cells: their counters are to stay in a core's own cache.
 const MAX_CELLS: usize = 1 << 19;
 /// There are never more cells along one axis.
@@ -24,6 +26,14 @@ pub(super) struct Cluster {
     pub(super) range: Range,
     pub(super) first: u32,
     pub(super) count: u32,
+}
+
+/// Primitives in an order that has neighbours together.
+pub(super) struct Sorted {
+    pub(super) primitives: Vec<BuildPrimitive>,
+    /// Their places on a curve, ascending; none if they are sorted by cells.
+    pub(super) keys: Vec<u32>,
+    pub(super) clusters: Vec<Cluster>,
 }
 
 impl Binned for Cluster {
@@ -43,15 +53,10 @@ impl Binned for Cluster {
     }
 }
 
-/// The primitives cell by cell, and the cells that have any: there is a cell for `per_cell`
-/// primitives. `range` is that of all.
-pub(super) fn sort(
-    primitives: &[BuildPrimitive],
-    range: Range,
-    per_cell: usize,
-) -> (Vec<BuildPrimitive>, Vec<Cluster>) {
-    let cells = Cells::new(range.centers, primitives.len(), per_cell);
-    let part = primitives.len().div_ceil(Cells::parts(primitives.len()));
+/// The primitives cell by cell, and the cells that have any. `range` is that of all.
+pub(super) fn sort(primitives: &[BuildPrimitive], range: Range) -> Sorted {
+    let cells = Cells::new(range.centers, primitives.len());
+    let part = primitives.len().div_ceil(parts(primitives.len()));
     let mut cell_of = Vec::new();
     primitives.par_iter().map(|one| cells.cell(one.center())).collect_into_vec(&mut cell_of);
     let mut places: Vec<Vec<u32>> = cell_of
@@ -96,7 +101,12 @@ pub(super) fn sort(
         count,
     };
     runs.into_par_iter().map(cluster).collect_into_vec(&mut clusters);
-    (sorted, clusters)
+    Sorted { primitives: sorted, keys: Vec::new(), clusters }
+}
+
+/// In how many parts so many primitives are sorted.
+pub(super) fn parts(primitives: usize) -> usize {
+    (primitives >> 17).clamp(2, 8)
 }
 
 /// Cubes of one size that fill the box around the primitives' centres.
@@ -108,13 +118,9 @@ struct Cells {
 }
 
 impl Cells {
-    fn parts(primitives: usize) -> usize {
-        (primitives >> 17).clamp(2, 8)
-    }
-
-    fn new(centers: SignedBox, primitives: usize, per_cell: usize) -> Self {
+    fn new(centers: SignedBox, primitives: usize) -> Self {
         let (origin, size) = centers.min_and_size();
-        let wanted = (primitives / per_cell).clamp(1, MAX_CELLS) as f64;
+        let wanted = (primitives / PER_CELL).clamp(1, MAX_CELLS) as f64;
         let sizes = [size.x, size.y, size.z].map(|size| f64::from(size).min(1e39));
         let mut side = sizes.into_iter().fold(f64::MIN_POSITIVE, f64::max) / MAX_ALONG;
         let along = loop {

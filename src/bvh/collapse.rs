@@ -4,6 +4,7 @@
 //! [`TASK`] primitives, each with its own part of every leaf array: all threads lay them out at
 //! once, and nodes and leaves come in the same order for every number of threads.
 
+use std::cell::Cell;
 use std::sync::atomic::{AtomicU32, Ordering};
 
 use rayon::prelude::*;
@@ -11,8 +12,11 @@ use rayon::prelude::*;
 use super::binary::{BinaryTree, Cursor};
 use super::leaves::{DROPPED, LeafArray, LeafPart, Leaves, packed_slot};
 use super::node::{Child, MAX_LEAF, Node, WIDTH};
+use super::outlook::{self, Outlook, Slot};
+use super::primitive::PrimitiveKey;
 use super::watch::{Cancelled, Watch};
-use super::{BuildPrimitive, PrimKind, PrimitiveSource};
+use super::{PrimKind, PrimitiveSource};
+use crate::geometry::Aabb;
 
 /// A subtree of up to this many primitives is laid out by one thread.
 const TASK: usize = 8192;
@@ -20,7 +24,7 @@ const TASK: usize = 8192;
 /// Nodes, leaves and the depth of the wide tree.
 pub(super) fn collapse(
     tree: &BinaryTree,
-    primitives: &[BuildPrimitive],
+    primitives: &[PrimitiveKey],
     ids: usize,
     source: &impl PrimitiveSource,
     watch: &Watch<'_>,
@@ -34,9 +38,9 @@ pub(super) fn collapse(
         };
         return Ok((Vec::new(), leaves, 0));
     }
-    let mut top = Top { nodes: vec![Node::empty()], tasks: Vec::new() };
-    top.fill(0, tree.root(), 1);
-    let Top { nodes: top, tasks } = top;
+    let mut top = Top::default();
+    top.add(tree.root(), 1);
+    let Top { nodes: mut top, tasks } = top;
 
     let counts: Vec<[usize; 3]> =
         tasks.par_iter().map(|task| task.kinds(primitives, tree.mixed)).collect();
@@ -60,12 +64,12 @@ pub(super) fn collapse(
             let mut layout =
                 Layout { primitives, source, slot_of, triangles, quads, spheres, nodes, depth };
             // Cancelled, nobody will see what is missing.
-            let root = match watch.is_cancelled() {
-                true => Child::EMPTY,
+            let (root, outlook) = match watch.is_cancelled() {
+                true => (Child::EMPTY, Outlook::default()),
                 false => layout.child(task.root, task.depth),
             };
             watch.add(task.root.node().count as usize);
-            Part { root, nodes: layout.nodes, depth: layout.depth }
+            Part { root, outlook, nodes: layout.nodes, depth: layout.depth }
         })
         .collect();
     watch.check()?;
@@ -73,42 +77,68 @@ pub(super) fn collapse(
 
     let made: usize = parts.iter().map(|part| part.nodes.len()).sum();
     let mut nodes = Vec::with_capacity(top.len() + made);
-    nodes.extend(top);
+    nodes.resize(top.len(), Node::empty());
     let mut depth = 0;
     for (task, part) in tasks.iter().zip(parts) {
         // A part's nodes know each other by their places in it.
         let first = nodes.len() as u32;
-        nodes[task.node].set(task.slot, &task.root.node().bounds, part.root.moved(first));
+        let slot = &mut top[task.node].slots[task.slot];
+        (slot.child, slot.outlook) = (part.root.moved(first), part.outlook);
         nodes.extend(part.nodes.iter().map(|node| node.moved(first)));
         depth = depth.max(task.depth).max(part.depth);
+    }
+    // From below, since what is expected of a node follows from its children.
+    let mut outlooks = vec![Outlook::default(); top.len()];
+    for (place, node) in top.iter_mut().enumerate().rev() {
+        let slots = &mut node.slots[..node.count];
+        for slot in &mut *slots {
+            if let Child::Inner(child) = slot.child
+                && let Some(outlook) = outlooks.get(child as usize)
+            {
+                slot.outlook = *outlook;
+            }
+        }
+        outlooks[place] = outlook::arrange(&mut nodes[place], slots, &node.bounds);
     }
     Ok((nodes, leaves, depth))
 }
 
-/// The up to eight children of the node that is made of `root`, in order of falling area.
-fn children_of<'a>(root: Cursor<'a>, children: &mut Vec<Cursor<'a>>) {
-    fn open<'a>(root: Cursor<'a>, mut forest: usize, into: &mut Vec<Cursor<'a>>) {
+/// The up to eight children of the node that is made of `root`.
+struct Children<'a> {
+    all: [Cursor<'a>; WIDTH],
+    count: usize,
+}
+
+impl<'a> Children<'a> {
+    fn of(root: Cursor<'a>) -> Self {
+        let mut children = Self { all: [root; WIDTH], count: 0 };
+        if root.node().plan.is_leaf() {
+            // Only a tree that is one leaf as a whole.
+            children.count = 1;
+        } else {
+            children.open(root, WIDTH);
+        }
+        children
+    }
+
+    fn open(&mut self, root: Cursor<'a>, mut forest: usize) {
         let plan = root.node().plan;
         while forest > 1 {
             let to_the_left = plan.left_of(forest);
             if to_the_left > 0 {
                 let [left, right] = root.children();
-                open(left, to_the_left, into);
-                return open(right, forest - to_the_left, into);
+                self.open(left, to_the_left);
+                return self.open(right, forest - to_the_left);
             }
             forest -= 1;
         }
-        into.push(root);
+        self.all[self.count] = root;
+        self.count += 1;
     }
-    children.clear();
-    if root.node().plan.is_leaf() {
-        // Only a tree that is one leaf as a whole.
-        children.push(root);
-    } else {
-        open(root, WIDTH, children);
+
+    fn iter(&self) -> impl Iterator<Item = Cursor<'a>> {
+        self.all[..self.count].iter().copied()
     }
-    let area = |child: &Cursor<'a>| child.node().bounds.half_area();
-    children.sort_by(|a, b| area(b).total_cmp(&area(a)));
 }
 
 /// A subtree whose nodes and leaves are made apart from the others.
@@ -122,7 +152,7 @@ struct Task<'a> {
 
 impl Task<'_> {
     /// How many primitives there are of each kind.
-    fn kinds(&self, primitives: &[BuildPrimitive], mixed: bool) -> [usize; 3] {
+    fn kinds(&self, primitives: &[PrimitiveKey], mixed: bool) -> [usize; 3] {
         let (mut counts, range) = ([0; 3], range(self.root, primitives));
         if mixed {
             range.iter().for_each(|one| counts[one.kind() as usize] += 1);
@@ -136,36 +166,45 @@ impl Task<'_> {
 /// What came of a task; its nodes are numbered from 0.
 struct Part {
     root: Child,
+    outlook: Outlook,
     nodes: Vec<Node>,
     depth: usize,
 }
 
 /// The primitives below a binary node.
-fn range<'a>(root: Cursor<'_>, primitives: &'a [BuildPrimitive]) -> &'a [BuildPrimitive] {
+fn range<'a>(root: Cursor<'_>, primitives: &'a [PrimitiveKey]) -> &'a [PrimitiveKey] {
     let node = root.node();
     &primitives[node.first as usize..][..node.count as usize]
 }
 
 /// The nodes near the root.
+#[derive(Default)]
 struct Top<'a> {
-    nodes: Vec<Node>,
+    nodes: Vec<TopNode>,
     tasks: Vec<Task<'a>>,
 }
 
+/// A node near the root, as long as its children are not known.
+struct TopNode {
+    bounds: Aabb,
+    slots: [Slot; WIDTH],
+    count: usize,
+}
+
 impl<'a> Top<'a> {
-    /// Fills node `node`, `depth` from the root, with what is under `root`.
-    fn fill(&mut self, node: usize, root: Cursor<'a>, depth: usize) {
-        let mut children = Vec::with_capacity(WIDTH);
-        children_of(root, &mut children);
-        for (slot, &child) in children.iter().enumerate() {
+    /// Adds the node that is made of `root`, `depth` from the root, and those below.
+    fn add(&mut self, root: Cursor<'a>, depth: usize) {
+        let (children, node) = (Children::of(root), self.nodes.len());
+        let (bounds, slots, count) = (root.node().bounds, Default::default(), children.count);
+        self.nodes.push(TopNode { bounds, slots, count });
+        for (slot, child) in children.iter().enumerate() {
             let binary = child.node();
+            self.nodes[node].slots[slot].bounds = binary.bounds;
             if binary.plan.is_leaf() || binary.count as usize <= TASK {
                 self.tasks.push(Task { root: child, node, slot, depth });
             } else {
-                let next = self.nodes.len();
-                self.nodes.push(Node::empty());
-                self.nodes[node].set(slot, &binary.bounds, Child::Inner(next as u32));
-                self.fill(next, child, depth + 1);
+                self.nodes[node].slots[slot].child = Child::Inner(self.nodes.len() as u32);
+                self.add(child, depth + 1);
             }
         }
     }
@@ -173,7 +212,7 @@ impl<'a> Top<'a> {
 
 /// Makes the nodes and leaves of one task.
 struct Layout<'a, S> {
-    primitives: &'a [BuildPrimitive],
+    primitives: &'a [PrimitiveKey],
     source: &'a S,
     slot_of: &'a [AtomicU32],
     triangles: LeafPart<'a, 9>,
@@ -185,42 +224,40 @@ struct Layout<'a, S> {
 
 impl<S: PrimitiveSource> Layout<'_, S> {
     /// What a node at `depth` holds for `root`.
-    fn child(&mut self, root: Cursor<'_>, depth: usize) -> Child {
+    fn child(&mut self, root: Cursor<'_>, depth: usize) -> (Child, Outlook) {
         if root.node().plan.is_leaf() {
             return self.leaf(root);
         }
         self.nodes.push(Node::empty());
         let node = self.nodes.len() - 1;
-        self.fill(node, root, depth + 1);
-        Child::Inner(node as u32)
+        (Child::Inner(node as u32), self.fill(node, root, depth + 1))
     }
 
     /// Fills node `node`, `depth` from the root, with what is under `root`.
-    fn fill(&mut self, node: usize, root: Cursor<'_>, depth: usize) {
+    fn fill(&mut self, node: usize, root: Cursor<'_>, depth: usize) -> Outlook {
         self.depth = self.depth.max(depth);
-        let mut children = Vec::with_capacity(WIDTH);
-        children_of(root, &mut children);
+        let children = Children::of(root);
+        let mut slots = [Slot::default(); WIDTH];
         // The children's nodes lie side by side, so that siblings share pages.
-        let mut next = self.nodes.len();
-        let first = next;
-        for (slot, &child) in children.iter().enumerate() {
-            let reference = if child.node().plan.is_leaf() {
-                self.leaf(child)
+        for (slot, child) in slots.iter_mut().zip(children.iter()) {
+            slot.bounds = child.node().bounds;
+            if child.node().plan.is_leaf() {
+                (slot.child, slot.outlook) = self.leaf(child);
             } else {
+                slot.child = Child::Inner(self.nodes.len() as u32);
                 self.nodes.push(Node::empty());
-                next += 1;
-                Child::Inner((next - 1) as u32)
-            };
-            self.nodes[node].set(slot, &child.node().bounds, reference);
+            }
         }
-        let inner = children.into_iter().filter(|child| !child.node().plan.is_leaf());
-        for (place, child) in (first..next).zip(inner) {
-            self.fill(place, child, depth + 1);
+        for (slot, child) in slots.iter_mut().zip(children.iter()) {
+            if let Child::Inner(place) = slot.child {
+                slot.outlook = self.fill(place as usize, child, depth + 1);
+            }
         }
+        outlook::arrange(&mut self.nodes[node], &mut slots[..children.count], &root.node().bounds)
     }
 
     /// Lays out the primitives of a leaf, in the order of their ids.
-    fn leaf(&mut self, root: Cursor<'_>) -> Child {
+    fn leaf(&mut self, root: Cursor<'_>) -> (Child, Outlook) {
         let range = range(root, self.primitives);
         let (kind, count) = (range[0].kind(), range.len());
         let mut ids = [u32::MAX; MAX_LEAF];
@@ -229,18 +266,21 @@ impl<S: PrimitiveSource> Layout<'_, S> {
         }
         let ids = &mut ids[..count];
         ids.sort_unstable();
-        let source = self.source;
+        let (source, surface) = (self.source, Cell::new(0.0));
         let first = match kind {
             PrimKind::Triangle => self.triangles.push_leaf(ids, |id| {
                 let [a, b, c] = source.triangle(id);
+                surface.update(|all| all + Aabb::of_points(&[a, b, c]).half_area());
                 [a.x, a.y, a.z, b.x, b.y, b.z, c.x, c.y, c.z]
             }),
             PrimKind::Quad => self.quads.push_leaf(ids, |id| {
                 let [a, b, c, d] = source.quad(id);
+                surface.update(|all| all + Aabb::of_points(&[a, b, c, d]).half_area());
                 [a.x, a.y, a.z, b.x, b.y, b.z, c.x, c.y, c.z, d.x, d.y, d.z]
             }),
             PrimKind::Sphere => self.spheres.push_leaf(ids, |id| {
                 let (center, radius) = source.sphere(id);
+                surface.update(|all| all + 12.0 * radius * radius);
                 [center.x, center.y, center.z, radius]
             }),
         };
@@ -248,6 +288,7 @@ impl<S: PrimitiveSource> Layout<'_, S> {
             let packed = packed_slot(first, count as u32, place);
             self.slot_of[id as usize].store(packed, Ordering::Relaxed);
         }
-        Child::Leaf { kind, first, count: count as u32 }
+        let child = Child::Leaf { kind, first, count: count as u32 };
+        (child, Outlook::of_leaf(surface.get(), &root.node().bounds))
     }
 }

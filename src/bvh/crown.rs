@@ -14,6 +14,8 @@ use super::primitive::BuildPrimitive;
 pub(super) struct Bunch<'a> {
     /// All primitives, cluster by cluster.
     pub(super) sorted: &'a [BuildPrimitive],
+    /// Their keys, if they are sorted along a curve; else nothing.
+    pub(super) keys: &'a [u32],
     pub(super) clusters: &'a mut [Cluster],
     /// Where the part's primitives go, and where that is in the whole.
     pub(super) primitives: &'a mut [BuildPrimitive],
@@ -42,13 +44,14 @@ impl<'a> Bunch<'a> {
 
     /// Two parts, the first of so many clusters.
     fn cut(self, middle: usize, [left_range, right_range]: [Range; 2]) -> [Self; 2] {
-        let Self { sorted, clusters, primitives, first, depth, .. } = self;
+        let Self { sorted, keys, clusters, primitives, first, depth, .. } = self;
         let (left, right) = clusters.split_at_mut(middle);
         let count = left.iter().map(|cluster| cluster.count as usize).sum();
         let (left_primitives, right_primitives) = primitives.split_at_mut(count);
         let depth = depth + 1;
         let part = |clusters, primitives, first, range| Self {
             sorted,
+            keys,
             clusters,
             primitives,
             first,
@@ -83,6 +86,10 @@ impl Builder<'_> {
     fn sprout(&self, mut bunch: Bunch<'_>, nodes: &mut Vec<BinaryNode>) -> Costs {
         let Some((middle, ranges)) = self.split_clusters(&mut bunch) else {
             let range = bunch.gather();
+            if let ([cluster], [_, ..]) = (&*bunch.clusters, bunch.keys) {
+                let keys = &bunch.keys[cluster.first as usize..][..cluster.count as usize];
+                return self.linear(bunch.primitives, keys, bunch.first, bunch.depth, nodes).1;
+            }
             return self.subtree(bunch.primitives, range, bunch.first, bunch.depth, nodes);
         };
         let area = bunch.range.bounds.half_area(self.area_scale);

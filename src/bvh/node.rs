@@ -4,8 +4,8 @@
 //! and a description for each child.
 //!
 //! Invariants:
-//! - The children of a node are in order of falling area, so an any-hit query meets the likeliest
-//!   occluder first; empty slots come last.
+//! - The children of a node are in the order that is best for any-hit queries: see `outlook`. Empty
+//!   slots come last.
 //! - An empty slot has the bounds `+inf .. -inf`, which no ray meets, and is a leaf of nothing.
 //! - A leaf holds primitives of one kind.
 

@@ -161,6 +161,26 @@ impl BuildPrimitive {
     }
 }
 
+/// What is left of a primitive when the tree is done: its kind and its id.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct PrimitiveKey(u32);
+
+const _: () = assert!(super::MAX_PRIMITIVES < 1 << 26);
+
+impl PrimitiveKey {
+    pub(super) fn of(primitive: &BuildPrimitive) -> Self {
+        Self((primitive.kind() as u32) << 26 | primitive.id())
+    }
+
+    pub(super) fn kind(self) -> PrimKind {
+        PrimKind::ALL[(self.0 >> 26) as usize]
+    }
+
+    pub(super) fn id(self) -> u32 {
+        self.0 & ((1 << 26) - 1)
+    }
+}
+
 impl Binned for BuildPrimitive {
     #[inline(always)]
     fn signed_box(&self) -> SignedBox {

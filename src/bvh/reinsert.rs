@@ -14,7 +14,10 @@ use super::primitive::{BuildPrimitive, SignedBox};
 use super::watch::{Cancelled, Watch};
 
 /// How often all nodes look for a better place.
-const ROUNDS: usize = 3;
+pub(super) const ROUNDS: usize = 3;
+
+/// So many nodes are looked at in a row; then the build's watch is told.
+const CHUNK: usize = 4096;
 
 /// A search ends after so many nodes: those that take longer find next to nothing.
 const PATIENCE: usize = 1024;
@@ -31,9 +34,10 @@ pub(super) fn improve(
 ) -> Result<(), Cancelled> {
     let mut loose = Loose { area_scale, ..Loose::default() };
     loose.take(tree.root(), u32::MAX);
-    for _ in 0..ROUNDS {
+    for round in 1..=ROUNDS {
         watch.check()?;
-        if !loose.round() {
+        if !loose.round(primitives.len(), watch) {
+            watch.add((ROUNDS - round) * primitives.len());
             break;
         }
     }
@@ -102,11 +106,21 @@ impl Loose {
         if left == node { right } else { left }
     }
 
-    /// Moves what can be moved; false if there is nothing.
-    fn round(&mut self) -> bool {
-        let all = 0..self.nodes.len() as u32;
-        let mut moves: Vec<Move> =
-            all.into_par_iter().with_min_len(64).filter_map(|node| self.search(node)).collect();
+    /// Moves what can be moved; false if there is nothing. Tells `watch` of so many steps.
+    fn round(&mut self, steps: usize, watch: &Watch<'_>) -> bool {
+        let len = self.nodes.len();
+        let chunk = |chunk: usize| {
+            let (start, end) = (chunk * CHUNK, len.min((chunk + 1) * CHUNK));
+            // Cancelled, the tree will be thrown away.
+            let end = if watch.is_cancelled() { start } else { end };
+            let moves: Vec<Move> =
+                (start..end).filter_map(|node| self.search(node as u32)).collect();
+            let share = |end: usize| (steps as u64 * end as u64 / len as u64) as usize;
+            watch.add(share(end) - share(start));
+            moves
+        };
+        let chunks = (0..len.div_ceil(CHUNK)).into_par_iter();
+        let mut moves: Vec<Move> = chunks.flat_map_iter(chunk).collect();
         moves.par_sort_unstable_by(|a, b| {
             b.gain.total_cmp(&a.gain).then_with(|| a.node.cmp(&b.node))
         });

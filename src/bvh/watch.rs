@@ -7,7 +7,7 @@ use thiserror::Error;
 /// How far a build is.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct BuildProgress {
-    /// The steps done so far; each primitive takes two.
+    /// The steps done so far; each primitive takes two, and more with `high`.
     pub done: usize,
     /// The steps of the whole build.
     pub steps: usize,
@@ -59,10 +59,10 @@ impl<'a> Watch<'a> {
         Self { cancel: Some(cancel), ..self }
     }
 
-    /// A build of so many primitives begins.
-    pub(super) fn start(&self, primitives: usize) {
+    /// A build of so many steps begins.
+    pub(super) fn start(&self, steps: usize) {
         self.done.store(0, Ordering::Relaxed);
-        self.steps.store(2 * primitives, Ordering::Relaxed);
+        self.steps.store(steps, Ordering::Relaxed);
         self.stopped.store(false, Ordering::Relaxed);
     }
 
