@@ -7,7 +7,7 @@
 //!
 //! A node's children wait on the stack as sorted keys, the nearest on top. A child that starts behind
 //! the best hit is dropped; one that starts at it is not, since a hit at the same `t` may have a
-//! smaller id. Any hit needs no order: a set of children waits, the largest first.
+//! smaller id. Any hit needs no order: a set of children waits, the first of their node first.
 
 use super::group::Group;
 use super::rest::{ROOM, Rest};
