@@ -11,8 +11,19 @@ use crate::points::{LightSamples, Points};
 use crate::scene::{LightShape, Scene};
 use crate::traverse::shadow::{self, AreaLight, BLOCK_POINTS, Query, Seen};
 
-/// How many points a thread takes at a time.
-const CHUNK: usize = 4 * BLOCK_POINTS;
+/// How many points a thread takes at a time, if they have few samples.
+const LARGEST_PART: usize = 4 * BLOCK_POINTS;
+/// How many, if they have many: a block that is cut in two costs a twentieth more.
+const SMALLEST_PART: usize = BLOCK_POINTS / 2;
+/// How many samples a thread takes at a time, within these limits: some tenths of a millisecond, so
+/// that all threads end together.
+const PART_SAMPLES: usize = 64 * BLOCK_POINTS;
+
+/// How many points with so many samples a thread takes at a time.
+fn part_points(samples: usize) -> usize {
+    let points = PART_SAMPLES / samples.max(1);
+    points.next_multiple_of(SMALLEST_PART).clamp(SMALLEST_PART, LARGEST_PART)
+}
 
 impl Scene {
     /// Writes the fraction of its samples that each point sees, from 0 to 1, on this thread. It is 0
@@ -46,8 +57,9 @@ impl Scene {
         fraction: &mut [f32],
     ) -> Result<(), ShapeError> {
         let query = fractions_query(points, light, samples, fraction)?;
-        let chunks = fraction.par_chunks_mut(CHUNK).enumerate();
-        chunks.for_each(|(chunk, fraction)| self.fractions(&query, chunk * CHUNK, fraction));
+        let points = part_points(samples.per_point());
+        let parts = fraction.par_chunks_mut(points).enumerate();
+        parts.for_each(|(part, fraction)| self.fractions(&query, part * points, fraction));
         Ok(())
     }
 
@@ -79,8 +91,9 @@ impl Scene {
         seen: &mut [bool],
     ) -> Result<(), ShapeError> {
         let query = bits_query(points, light, samples, seen)?;
-        let chunks = seen.par_chunks_mut((CHUNK * samples.per_point()).max(1)).enumerate();
-        chunks.for_each(|(chunk, seen)| self.bits(&query, chunk * CHUNK, seen));
+        let points = part_points(samples.per_point());
+        let parts = seen.par_chunks_mut((points * samples.per_point()).max(1)).enumerate();
+        parts.for_each(|(part, seen)| self.bits(&query, part * points, seen));
         Ok(())
     }
 
