@@ -23,9 +23,11 @@
 
 mod block;
 mod bundle;
+mod crossed;
 mod descent;
 mod group;
 mod hard;
+mod leaf;
 mod placed;
 mod rays;
 mod sampled;
@@ -96,7 +98,7 @@ pub(crate) fn visibility<S: LightSamples + ?Sized>(
             let end = (start + BLOCK_POINTS).min(range.end);
             let aim = block.trace(start..end, &mut done);
             block.unsettled().for_each(|point| sampled.add(query, &aim, point));
-            sampled.finish(&aim, &mut done);
+            sampled.finish(query, &aim, &mut done);
             block.unfit().for_each(|point| rays.add(bvh, query, point, &mut done));
         }
     }
