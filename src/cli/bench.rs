@@ -21,7 +21,8 @@ const USUAL: &str = "primary,mirror,diffuse,hard,soft16,ao";
 pub(super) struct BenchArgs {
     /// The scene: a .toml file with its own camera, or an .obj file, which is put on a ground quad
     scene: PathBuf,
-    /// Kinds of rays: primary, mirror, diffuse, hard, ao, and soft with a number of samples
+    /// Kinds of rays: primary, mirror, diffuse, hard, ao, and soft, near, huge, grazing and many with a
+    /// number of samples
     #[arg(long, value_name = "KINDS", value_delimiter = ',', default_value = USUAL)]
     workload: Vec<Kind>,
     /// Pixels across and down
