@@ -37,8 +37,7 @@ pub(crate) fn wanted(options: &Options) -> impl Iterator<Item = Result<Model, St
     });
     let triangles = options.kilotriangles * 1000;
     let usual = |name: &str| !options.scene.is_empty() || name != BY_NAME_ALONE;
-    let made =
-        MADE.iter().filter(move |(name, _)| usual(name) && options.wants_scene(name, false));
+    let made = MADE.iter().filter(move |(name, _)| usual(name) && options.wants_scene(name, false));
     mesh.into_iter().chain(made.map(move |(_, make)| Ok(make(triangles))))
 }
 

@@ -6,7 +6,8 @@
 use super::leaf::Leaf;
 use crate::bvh::Node;
 use crate::kernels::{
-    BeamAxes, Projected, ScaledRay, Sheared, SlabRay, intersect_quad, intersect_triangle, occluded_by_sphere,
+    BeamAxes, Projected, ScaledRay, Sheared, SlabRay, intersect_quad, intersect_triangle,
+    occluded_by_sphere,
 };
 use crate::points::SHADOW_T_MAX;
 use crate::simd::{F32x8, F32x16, LaneMask, Lanes, each};

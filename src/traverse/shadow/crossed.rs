@@ -69,9 +69,9 @@ impl Crossed {
             largest - own.iter().copied().fold(f32::INFINITY, f32::min)
         };
         // Three of them tell.
-        [0, self.samples / 2, self.samples - 1].into_iter().all(|sample| {
-            spread(&self.across[0], sample) + spread(&self.across[1], sample) < CLOSE
-        })
+        [0, self.samples / 2, self.samples - 1]
+            .into_iter()
+            .all(|sample| spread(&self.across[0], sample) + spread(&self.across[1], sample) < CLOSE)
     }
 
     /// Traces the samples of the points that were placed last, and appends the samples that each sees,
@@ -154,7 +154,8 @@ mod tests {
     fn bits_change_places() {
         let rows: [u16; LANES] = std::array::from_fn(|row| (row * 0x3a71 + 0x1234) as u16);
         let turned = transposed(rows);
-        for (row, column) in (0..LANES).flat_map(|row| (0..LANES).map(move |column| (row, column))) {
+        for (row, column) in (0..LANES).flat_map(|row| (0..LANES).map(move |column| (row, column)))
+        {
             assert_eq!(rows[row] >> column & 1, turned[column] >> row & 1);
         }
     }

@@ -104,8 +104,7 @@ fn enter_node<C: Cull>(
 ) -> usize {
     count(|visits| visits.nodes += 1);
     let (base, node) = (waiting, &bvh.nodes[index as usize]);
-    let (boxes, slots) =
-        shafts.boxes(each(|place| F32x8::load(&node.bounds[place])));
+    let (boxes, slots) = shafts.boxes(each(|place| F32x8::load(&node.bounds[place])));
     for slot in ones(slots) {
         let mut met = shafts.groups(&boxes, slot) & groups;
         for group in ones(met) {

@@ -14,6 +14,9 @@
 //! 4. Points whose directions to the light spread too far for shafts, or are not finite, go as rays of
 //!    a batch ([`rays`]).
 //!
+//! Bundles hold the samples of one point, or one sample each of sixteen neighbours ([`crossed`]), as
+//! [`sampled`] finds better. Points in no order are sorted before ([`order`]).
+//!
 //! Points that look at a point light are bundles at once, sixteen points each ([`hard`]).
 //!
 //! A point that nothing was between sees the whole light without one ray, and one that a single
@@ -28,6 +31,7 @@ mod descent;
 mod group;
 mod hard;
 mod leaf;
+mod order;
 mod placed;
 mod rays;
 mod sampled;
@@ -40,6 +44,7 @@ use std::ops::Range;
 use glam::Vec3;
 
 use self::block::Block;
+pub(crate) use self::order::Ordered;
 use self::rays::SampleRays;
 use self::sampled::Sampled;
 use crate::bvh::Bvh;
