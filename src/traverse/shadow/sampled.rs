@@ -33,6 +33,8 @@ pub(super) struct Sampled<'a> {
     group: Vec<usize>,
     /// How many groups are still to go across.
     crossings: u32,
+    /// False once the samples of one number were not close together: then they never are.
+    aligned: bool,
     points: Vec<usize>,
     /// The registers of samples that wait in the volley, as places in `masks`.
     waiting: Vec<usize>,
@@ -49,6 +51,7 @@ impl<'a> Sampled<'a> {
             crossed: Crossed::new(samples),
             group: Vec::with_capacity(LANES),
             crossings: 0,
+            aligned: true,
             points: Vec::new(),
             waiting: Vec::new(),
             masks: Vec::new(),
@@ -88,9 +91,10 @@ impl<'a> Sampled<'a> {
     }
 
     fn trace_group<S: LightSamples + ?Sized>(&mut self, query: &Query<'_, S>, aim: &Aim) {
-        if self.crossings > 0 {
-            self.crossings -= 1;
-            if is_close(query, &self.group) && self.crossed.place(query, &self.group) {
+        if self.crossings > 0 && is_close(query, &self.group) {
+            self.aligned = self.crossed.place(query, &self.group);
+            if self.aligned {
+                self.crossings -= 1;
                 trace(&mut self.volley, aim, Apex::None, &mut self.waiting, &mut self.masks);
                 self.points.extend(&self.group);
                 let Self { crossed, volley, group, masks, .. } = self;
@@ -99,12 +103,13 @@ impl<'a> Sampled<'a> {
                 return group.clear();
             }
         }
+        self.crossings = 0;
         for place in 0..self.group.len() {
             self.trace_point(query, aim, self.group[place]);
         }
         // What still waits in the volley counts for the next group.
         let bundles = self.group.len() * self.placed.registers();
-        if self.volley.take_alone() > MOST_ALONE * bundles {
+        if self.volley.take_alone() > MOST_ALONE * bundles && self.aligned {
             self.crossings = CROSSINGS;
         }
         self.group.clear();
