@@ -121,12 +121,10 @@ impl<S: LightSamples + ?Sized> LightSamples for OrderedSamples<'_, S> {
 fn is_strewn(points: &Points<'_>) -> bool {
     let step = points.len() / LOOKS;
     let group = |look: usize| (0..LANES).map(move |place| look * step + place);
-    let (mut sum, mut all) = (0.0, (Vec3::INFINITY, Vec3::NEG_INFINITY));
-    for look in 0..LOOKS {
-        let (low, high) = bounds(group(look).map(|point| points.position(point)));
-        sum += (high - low).element_sum();
-        all = bounds([all.0, all.1, low, high].into_iter());
-    }
+    let looks: [(Vec3, Vec3); LOOKS] =
+        std::array::from_fn(|look| bounds(group(look).map(|point| points.position(point))));
+    let sum: f32 = looks.iter().map(|(low, high)| (high - low).element_sum()).sum();
+    let all = bounds(looks.into_iter().flat_map(|(low, high)| [low, high]));
     // False where anything is infinite or NaN.
     sum > LARGEST_SHARE * LOOKS as f32 * (all.1 - all.0).element_sum()
 }
@@ -147,4 +145,30 @@ fn spread_bits(bits: u64) -> u64 {
     let bits = (bits | bits << 8) & 0x0300_f00f;
     let bits = (bits | bits << 4) & 0x030c_30c3;
     (bits | bits << 2) & 0x0924_9249
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn rows_have_an_order_and_strewn_points_get_one() {
+        let count = FEWEST + 5;
+        let rows: Vec<f32> = (0..count).map(|point| (point % 64) as f32).collect();
+        let lines: Vec<f32> = (0..count).map(|point| (point / 64) as f32).collect();
+        let strewn = |array: &[f32]| -> Vec<f32> {
+            (0..count).map(|point| array[point * 1021 % count]).collect()
+        };
+        assert!(Ordered::new(&Points::new(&rows, &lines, &rows).unwrap(), false).is_none());
+        let (x, y) = (strewn(&rows), strewn(&lines));
+        for parallel in [false, true] {
+            let points = Points::new(&x, &y, &x).unwrap();
+            let ordered = Ordered::new(&points, parallel).expect("these are strewn");
+            let mut back = vec![0.0; count];
+            ordered.give(ordered.points().position[1], &mut back, 1);
+            assert_eq!(back, y);
+            let near = ordered.points().position[1].windows(2);
+            assert!(near.map(|pair| (pair[1] - pair[0]).abs()).sum::<f32>() < 4.0 * count as f32);
+        }
+    }
 }
