@@ -58,13 +58,12 @@ impl Bundle {
         self.slab = SlabRay::new(ray, extent);
         self.along = ray.axis_masks();
         self.axes = 0;
-        for axis in 0..3 {
+        for (axis, &[x, y, _]) in SHEAR_ORDER.iter().take(3).enumerate() {
             if self.along[axis] != 0 {
                 self.axes |= 1 << axis;
                 let mask = F32x16::mask(self.along[axis]);
                 // That of the largest part is the quotient of the shear, bit for bit.
                 let inverse = self.slab.inverse[axis];
-                let [x, y, _] = SHEAR_ORDER[axis];
                 self.shear[0] = Lanes::select(mask, ray.dir[x] * inverse, self.shear[0]);
                 self.shear[1] = Lanes::select(mask, ray.dir[y] * inverse, self.shear[1]);
                 self.inverse = Lanes::select(mask, inverse, self.inverse);
