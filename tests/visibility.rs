@@ -20,19 +20,29 @@ struct Case {
 
 impl Case {
     fn push(&mut self, random: &mut Random, position: Vec3, normal: Vec3) {
+        // Corners and edges of the light are where it matters.
+        let mut at = || match random.below(8) {
+            0 => 0.0,
+            1 => 1.0,
+            _ => random.unit(),
+        };
+        self.push_with(position, normal, |_| (at(), at()));
+    }
+
+    fn push_with(
+        &mut self,
+        position: Vec3,
+        normal: Vec3,
+        mut place: impl FnMut(usize) -> (f32, f32),
+    ) {
         for axis in 0..3 {
             self.position[axis].push(position[axis]);
             self.normal[axis].push(normal[axis]);
         }
-        for _ in 0..self.per_point {
-            // Corners and edges of the light are where it matters.
-            let mut at = || match random.below(8) {
-                0 => 0.0,
-                1 => 1.0,
-                _ => random.unit(),
-            };
-            self.u.push(at());
-            self.v.push(at());
+        for sample in 0..self.per_point {
+            let (u, v) = place(sample);
+            self.u.push(u);
+            self.v.push(v);
         }
     }
 
@@ -287,6 +297,65 @@ fn point_lights() {
                 1 => light.at(0.0, 0.0),
                 _ if style == Style::Grid => random.grid(6),
                 _ => middle + Vec3::new(along, random.signed() * 0.1, 0.3 * along) * spread,
+            };
+            let normal = random.vec();
+            case.push(random, position, normal);
+        }
+        case.check(&scene, &light)
+    });
+}
+
+/// Neighbours below a ball of many small triangles, whose samples lie in strata: bundles go across
+/// points.
+#[test]
+fn fine_meshes() {
+    run_mixed("visibility, fine meshes", 89, 24, |random, round| {
+        let mut ball = octray::geometry::shapes::icosphere(5);
+        ball.positions.iter_mut().for_each(|p| *p *= 1.0 + 0.02 * random.unit());
+        let mut builder = SceneBuilder::new();
+        builder.add_mesh(ball, 0);
+        let scene = builder.build().unwrap();
+        let width = [0.5, 2.0, 6.0][round % 3];
+        let middle = Vec3::new(random.signed(), 3.0, random.signed());
+        let (edge_u, edge_v) = (Vec3::X * width, Vec3::new(0.0, 0.3, 1.0) * width);
+        let corner = middle - (edge_u + edge_v) * 0.5;
+        let light = LightShape::Quad { corner, edge_u, edge_v };
+        let per_point = [16, 33, 64, 5][round % 4];
+        let side = (per_point as f32).sqrt().ceil() as usize;
+        let mut case = Case { per_point, ..Case::default() };
+        let start = -middle * 0.6 + random.vec() * 0.4;
+        let step = [0.002, 0.01, 0.1][round / 3 % 3];
+        for point in 0..300 + round {
+            let (row, column) = ((point / 16) as f32, (point % 16) as f32);
+            let position = start + Vec3::new(column, 0.1 * random.unit(), row) * step;
+            let normal = Vec3::Y + random.vec() * 2.0;
+            case.push_with(position, normal, |sample| {
+                let cell =
+                    |at: usize, random: &mut Random| (at as f32 + random.unit()) / side as f32;
+                (cell(sample % side, random), cell(sample / side, random))
+            });
+        }
+        case.check(&scene, &light)
+    });
+}
+
+/// Points all over the scene, in no order: they are sorted, and their answers are not.
+#[test]
+fn points_in_no_order() {
+    run_mixed("visibility, no order", 90, 32, |random, round| {
+        let style = [Style::Chaos, Style::Slivers, Style::Large][round % 3];
+        let scale = 10_f32.powf(random.signed() * 4.0);
+        let scene = scene(random, style, scale);
+        let light = match round % 4 {
+            0 => LightShape::Point(random.vec() * scale * 4.0),
+            _ => light(random, style, scale),
+        };
+        let mut case = Case { per_point: [1, 4, 16, 3][round / 2 % 4], ..Case::default() };
+        for point in 0..2048 + 37 * round {
+            let position = match point {
+                100 if round % 5 == 0 => Vec3::NAN,
+                900 if round % 5 == 1 => Vec3::splat(f32::INFINITY),
+                _ => random.vec() * scale * 3.0,
             };
             let normal = random.vec();
             case.push(random, position, normal);

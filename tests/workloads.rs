@@ -1,7 +1,7 @@
 //! Workloads are the same in every run, are what they say, and are measured only if answered right.
 
 use octray::workload::{
-    Effort, Kind, Model, Part, Path, Query, Stage, Viewpoint, Workload, measure, scenes,
+    Effort, Kind, Lamp, Model, Part, Path, Query, Stage, Viewpoint, Workload, measure, scenes,
 };
 use octray::{Light, LightShape, RayBatch, SceneBuilder};
 
@@ -100,11 +100,46 @@ fn soft_shadows_end_on_the_light() {
 }
 
 #[test]
+fn rays_to_lamps_go_light_by_light() {
+    let model = scenes::terrain(500);
+    let scene = model.scene().unwrap();
+    let view = Viewpoint::new(&scene, &model.stage, 48, 32, 1).unwrap();
+    for lamp in Lamp::ALL {
+        let kind = Kind::Lamp(lamp, 4);
+        let (points, rays) = (view.shadow_points(kind).unwrap(), view.workload(kind).rays);
+        assert_eq!(points.lights.len(), lamp.count());
+        assert_eq!(rays.len(), lamp.count() * points.u.len());
+        for index in 0..rays.len() {
+            let (ray, sample) = (rays.as_rays().get(index), index % points.u.len());
+            let start = points.position.each_ref().map(|part| part[sample / 4]);
+            assert_eq!(ray.origin.to_array(), start);
+            let end = points.lights[index / points.u.len()].at(points.u[sample], points.v[sample]);
+            assert!((ray.at(ray.t_max) - end).length() < 1e-3, "{lamp}: ray {index}");
+        }
+    }
+    assert!(view.shadow_points(Kind::Ao).is_none());
+}
+
+#[test]
+fn below_the_grating_all_is_penumbra() {
+    let model = scenes::grating(400);
+    let scene = model.scene().unwrap();
+    let view = Viewpoint::new(&scene, &model.stage, 64, 64, 1).unwrap();
+    let rays = view.workload(Kind::Soft(64)).rays;
+    let mut occluded = vec![false; rays.len()];
+    scene.occluded_batch(rays.as_rays(), &mut occluded).unwrap();
+    let points = occluded.chunks(64);
+    let (count, mixed) = (points.len(), |point: &&[bool]| point.iter().any(|&o| o != point[0]));
+    assert!(points.filter(mixed).count() * 10 > count * 9);
+}
+
+#[test]
 fn kinds_are_read_as_they_are_written() {
-    for kind in Kind::ALL {
+    let lamps = Lamp::ALL.map(|lamp| Kind::Lamp(lamp, 16));
+    for kind in Kind::ALL.into_iter().chain(lamps) {
         assert_eq!(kind.to_string().parse(), Ok(kind));
     }
-    for wrong in ["", "soft", "soft0", "softly", "soft99999", "Primary"] {
+    for wrong in ["", "soft", "soft0", "near", "many0", "softly", "soft99999", "Primary"] {
         let error = wrong.parse::<Kind>().unwrap_err().to_string();
         assert!(error.contains("primary, mirror"), "{error}");
     }

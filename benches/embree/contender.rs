@@ -2,7 +2,7 @@
 //! the same arrays.
 
 use octray::workload::{Query, ShadowPoints, Workload};
-use octray::{HitBatch, LightShape, Points, RayBatch, SampleArrays, Scene};
+use octray::{HitBatch, Points, RayBatch, SampleArrays, Scene};
 
 /// The results of a workload.
 #[derive(Clone, Debug, PartialEq)]
@@ -64,7 +64,6 @@ impl Contender for Octray<'_> {
 #[derive(Clone, Copy)]
 pub(crate) struct Visibility<'a> {
     pub(crate) scene: &'a Scene,
-    pub(crate) light: LightShape,
     pub(crate) points: &'a ShadowPoints,
 }
 
@@ -77,12 +76,14 @@ impl Contender for Visibility<'_> {
         let points = Points::new(x, y, z).expect("one length");
         let (u, v) = (&self.points.u, &self.points.v);
         let samples = SampleArrays::new(u, v, u.len() / x.len()).expect("one length");
-        let result = if parallel {
-            self.scene.par_visible_samples(&points, &self.light, &samples, seen)
-        } else {
-            self.scene.visible_samples(&points, &self.light, &samples, seen)
-        };
-        result.expect("there are as many answers as samples");
+        for (light, seen) in self.points.lights.iter().zip(seen.chunks_exact_mut(u.len())) {
+            let result = if parallel {
+                self.scene.par_visible_samples(&points, light, &samples, seen)
+            } else {
+                self.scene.visible_samples(&points, light, &samples, seen)
+            };
+            result.expect("there are as many answers as samples");
+        }
     }
 
     /// A sample is seen exactly if its ray is not occluded.

@@ -27,8 +27,8 @@ mod turns;
 use std::process::ExitCode;
 use std::time::Instant;
 
-use octray::workload::{Kind, Model, Query, ShadowPoints, Viewpoint, Workload};
-use octray::{HitBatch, LightShape, RayBatch};
+use octray::HitBatch;
+use octray::workload::{Kind, Model, Query, Viewpoint, Workload};
 
 use crate::calls::Call;
 use crate::clock::Clock;
@@ -143,20 +143,8 @@ fn measure_model(
         if workload.rays.is_empty() {
             continue;
         }
-        let shadows = match rays.kind {
-            _ if rays.shuffled => None,
-            Kind::Soft(samples) => Some((view.shadow_points(samples), model.stage.light)),
-            Kind::Hard => {
-                let light = LightShape::Point(model.stage.light.at(0.5, 0.5));
-                Some((one_sample_each(&workload.rays), light))
-            }
-            _ => None,
-        };
-        let visibility = shadows.as_ref().map(|(points, light)| Visibility {
-            scene: &scene,
-            light: *light,
-            points,
-        });
+        let shadows = if rays.shuffled { None } else { view.shadow_points(rays.kind) };
+        let visibility = shadows.as_ref().map(|points| Visibility { scene: &scene, points });
         for pool in pools {
             let threads = pool.current_num_threads();
             let field = Field {
@@ -180,11 +168,4 @@ fn measure_model(
         }
     }
     Ok(())
-}
-
-/// The points from which shadow rays to a point light start.
-fn one_sample_each(rays: &RayBatch) -> ShadowPoints {
-    let position = [rays.origin_x.clone(), rays.origin_y.clone(), rays.origin_z.clone()];
-    let (u, v) = (vec![0.5; rays.len()], vec![0.5; rays.len()]);
-    ShadowPoints { position, u, v, ..ShadowPoints::default() }
 }

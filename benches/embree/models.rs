@@ -12,13 +12,17 @@ use crate::options::Options;
 type Make = fn(usize) -> Model;
 
 /// The made scenes, by name.
-const MADE: [(&str, Make); 5] = [
+const MADE: [(&str, Make); 6] = [
     ("terrain", |triangles| scenes::terrain(triangles)),
     ("dense", |triangles| scenes::dense_scan(triangles)),
     ("atrium", |_| scenes::atrium()),
     ("sphereflake", |triangles| scenes::sphereflake(triangles / 10)),
     ("mixed", |triangles| scenes::mixed(triangles / 100)),
+    (BY_NAME_ALONE, |_| scenes::grating(400)),
 ];
+
+/// The scene that is measured only if it is asked for.
+const BY_NAME_ALONE: &str = "grating";
 
 /// Makes the scenes that the options ask for, one at a time: they are large.
 pub(crate) fn wanted(options: &Options) -> impl Iterator<Item = Result<Model, String>> {
@@ -32,7 +36,8 @@ pub(crate) fn wanted(options: &Options) -> impl Iterator<Item = Result<Model, St
         })
     });
     let triangles = options.kilotriangles * 1000;
-    let made = MADE.iter().filter(|(name, _)| options.wants_scene(name, false));
+    let usual = |name: &str| !options.scene.is_empty() || name != BY_NAME_ALONE;
+    let made = MADE.iter().filter(move |(name, _)| usual(name) && options.wants_scene(name, false));
     mesh.into_iter().chain(made.map(move |(_, make)| Ok(make(triangles))))
 }
 

@@ -8,11 +8,12 @@ use octray::workload::{Kind, UnknownKind};
 /// octray and Embree on the same rays, in turns.
 #[derive(Clone, Debug, Parser)]
 pub(crate) struct Options {
-    /// Scenes: bunny (the OBJ in OCTRAY_BENCH_MESH), terrain, dense, atrium, sphereflake, mixed.
+    /// Scenes: bunny (the OBJ in OCTRAY_BENCH_MESH), terrain, dense, atrium, sphereflake, mixed; if asked
+    /// for by name also grating.
     #[arg(long, value_delimiter = ',')]
     pub(crate) scene: Vec<String>,
-    /// Kinds of rays: primary, mirror, diffuse, hard, soft16 and other numbers, ao; with
-    /// `-shuffled` behind it in random order.
+    /// Kinds of rays: primary, mirror, diffuse, hard, soft16 and other numbers, ao; soft shadows of
+    /// other lights near16, huge16, grazing16, many16; with `-shuffled` behind it in random order.
     #[arg(
         long,
         value_delimiter = ',',

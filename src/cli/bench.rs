@@ -22,7 +22,8 @@ pub(super) struct BenchArgs {
     /// The scene: a .toml file with its own camera, or an .obj or .ply file, which is put on a ground
     /// quad
     scene: PathBuf,
-    /// Kinds of rays: primary, mirror, diffuse, hard, ao, and soft with a number of samples
+    /// Kinds of rays: primary, mirror, diffuse, hard, ao, and soft, near, huge, grazing and many with a
+    /// number of samples
     #[arg(long, value_name = "KINDS", value_delimiter = ',', default_value = USUAL)]
     workload: Vec<Kind>,
     /// Pixels across and down

@@ -9,16 +9,28 @@ use rayon::prelude::*;
 use crate::error::ShapeError;
 use crate::points::{LightSamples, Points};
 use crate::scene::{LightShape, Scene};
-use crate::traverse::shadow::{self, AreaLight, BLOCK_POINTS, Query, Seen};
+use crate::traverse::shadow::{self, AreaLight, BLOCK_POINTS, Ordered, Query, Seen};
 
-/// How many points a thread takes at a time.
-const CHUNK: usize = 4 * BLOCK_POINTS;
+/// How many points a thread takes at a time, if they have few samples.
+const LARGEST_PART: usize = 4 * BLOCK_POINTS;
+/// How many, if they have many: a block that is cut in two costs a twentieth more.
+const SMALLEST_PART: usize = BLOCK_POINTS / 2;
+/// How many samples a thread takes at a time, within these limits: some tenths of a millisecond, so
+/// that all threads end together.
+const PART_SAMPLES: usize = 64 * BLOCK_POINTS;
+
+/// How many points with so many samples a thread takes at a time.
+fn part_points(samples: usize) -> usize {
+    let points = PART_SAMPLES / samples.max(1);
+    points.next_multiple_of(SMALLEST_PART).clamp(SMALLEST_PART, LARGEST_PART)
+}
 
 impl Scene {
     /// Writes the fraction of its samples that each point sees, from 0 to 1, on this thread. It is 0
     /// if there are no samples.
     ///
-    /// Points may come in any order and number; neighbours are traced together. Of a point light all
+    /// Points may come in any order and number; neighbours are traced together, and points in no order
+    /// are sorted before, which takes memory for a copy of them. Of a point light all
     /// samples are the same: give it one.
     ///
     /// # Errors
@@ -30,7 +42,7 @@ impl Scene {
         samples: &(impl LightSamples + ?Sized),
         fraction: &mut [f32],
     ) -> Result<(), ShapeError> {
-        self.fractions(&fractions_query(points, light, samples, fraction)?, 0, fraction);
+        self.all_fractions(&fractions_query(points, light, samples, fraction)?, fraction, false);
         Ok(())
     }
 
@@ -45,9 +57,7 @@ impl Scene {
         samples: &(impl LightSamples + ?Sized),
         fraction: &mut [f32],
     ) -> Result<(), ShapeError> {
-        let query = fractions_query(points, light, samples, fraction)?;
-        let chunks = fraction.par_chunks_mut(CHUNK).enumerate();
-        chunks.for_each(|(chunk, fraction)| self.fractions(&query, chunk * CHUNK, fraction));
+        self.all_fractions(&fractions_query(points, light, samples, fraction)?, fraction, true);
         Ok(())
     }
 
@@ -63,7 +73,7 @@ impl Scene {
         samples: &(impl LightSamples + ?Sized),
         seen: &mut [bool],
     ) -> Result<(), ShapeError> {
-        self.bits(&bits_query(points, light, samples, seen)?, 0, seen);
+        self.all_bits(&bits_query(points, light, samples, seen)?, seen, false);
         Ok(())
     }
 
@@ -78,10 +88,71 @@ impl Scene {
         samples: &(impl LightSamples + ?Sized),
         seen: &mut [bool],
     ) -> Result<(), ShapeError> {
-        let query = bits_query(points, light, samples, seen)?;
-        let chunks = seen.par_chunks_mut((CHUNK * samples.per_point()).max(1)).enumerate();
-        chunks.for_each(|(chunk, seen)| self.bits(&query, chunk * CHUNK, seen));
+        self.all_bits(&bits_query(points, light, samples, seen)?, seen, true);
         Ok(())
+    }
+
+    /// The fractions of all points, whatever their order.
+    fn all_fractions<S: LightSamples + ?Sized>(
+        &self,
+        query: &Query<'_, S>,
+        fraction: &mut [f32],
+        parallel: bool,
+    ) {
+        if let Some(ordered) = Ordered::new(&query.points, parallel) {
+            let samples = ordered.samples(query.samples);
+            let mut own = vec![0.0; fraction.len()];
+            self.fraction_parts(&ordered.query(query, &samples), &mut own, parallel);
+            ordered.give(&own, fraction, 1);
+        } else {
+            self.fraction_parts(query, fraction, parallel);
+        }
+    }
+
+    fn fraction_parts<S: LightSamples + ?Sized>(
+        &self,
+        query: &Query<'_, S>,
+        fraction: &mut [f32],
+        parallel: bool,
+    ) {
+        if !parallel {
+            return self.fractions(query, 0, fraction);
+        }
+        let points = part_points(query.samples.per_point());
+        let parts = fraction.par_chunks_mut(points).enumerate();
+        parts.for_each(|(part, fraction)| self.fractions(query, part * points, fraction));
+    }
+
+    /// The samples of all points, whatever their order.
+    fn all_bits<S: LightSamples + ?Sized>(
+        &self,
+        query: &Query<'_, S>,
+        seen: &mut [bool],
+        parallel: bool,
+    ) {
+        if let Some(ordered) = Ordered::new(&query.points, parallel) {
+            let samples = ordered.samples(query.samples);
+            let mut own = vec![false; seen.len()];
+            self.bit_parts(&ordered.query(query, &samples), &mut own, parallel);
+            ordered.give(&own, seen, query.samples.per_point());
+        } else {
+            self.bit_parts(query, seen, parallel);
+        }
+    }
+
+    fn bit_parts<S: LightSamples + ?Sized>(
+        &self,
+        query: &Query<'_, S>,
+        seen: &mut [bool],
+        parallel: bool,
+    ) {
+        if !parallel {
+            return self.bits(query, 0, seen);
+        }
+        let samples = query.samples.per_point();
+        let points = part_points(samples);
+        let parts = seen.par_chunks_mut((points * samples).max(1)).enumerate();
+        parts.for_each(|(part, seen)| self.bits(query, part * points, seen));
     }
 
     /// The fractions of the points from `first`.

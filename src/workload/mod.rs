@@ -7,6 +7,7 @@
 //! This is a client of the queries: nothing else in the library knows of it.
 
 mod chart;
+mod lamps;
 mod measure;
 mod model;
 mod random;
@@ -15,6 +16,7 @@ pub mod scenes;
 mod viewpoint;
 
 pub use chart::{Bar, BarChart};
+pub use lamps::Lamp;
 pub use measure::{Disagreement, Effort, Measurement, Path, measure};
 pub use model::{Model, Part, Stage};
 pub use rays::{Kind, Query, UnknownKind, Workload};

@@ -5,6 +5,7 @@ use std::str::FromStr;
 
 use thiserror::Error;
 
+use super::Lamp;
 use super::random::Random;
 use crate::ray::RayBatch;
 
@@ -33,6 +34,9 @@ pub enum Kind {
     /// samples of a point follow one another in blocks of 4 x 4. The hits are those of evenly
     /// spread tiles, so that there are about as many rays as pixels.
     Soft(u32),
+    /// As [`Kind::Soft`], with other lights: so many rays from each hit to each of them, light by
+    /// light, to the same places on each.
+    Lamp(Lamp, u32),
     /// One ray from each primary hit, with the density of the cosine around the normal, no longer
     /// than half of the model's diagonal: ambient occlusion.
     Ao,
@@ -55,7 +59,7 @@ impl Kind {
     pub fn query(self) -> Query {
         match self {
             Self::Primary | Self::Mirror | Self::Diffuse => Query::Intersect,
-            Self::Hard | Self::Soft(_) | Self::Ao => Query::Occluded,
+            Self::Hard | Self::Soft(_) | Self::Lamp(..) | Self::Ao => Query::Occluded,
         }
     }
 }
@@ -68,6 +72,7 @@ impl fmt::Display for Kind {
             Self::Diffuse => out.pad("diffuse"),
             Self::Hard => out.pad("hard"),
             Self::Soft(samples) => out.pad(&format!("soft{samples}")),
+            Self::Lamp(lamp, samples) => out.pad(&format!("{lamp}{samples}")),
             Self::Ao => out.pad("ao"),
         }
     }
@@ -76,8 +81,8 @@ impl fmt::Display for Kind {
 /// A name that no kind of rays has.
 #[derive(Clone, Debug, Error, PartialEq, Eq)]
 #[error(
-    "no workload is called `{0}`: there are primary, mirror, diffuse, hard, ao, and soft with a \
-     number of samples such as soft16"
+    "no workload is called `{0}`: there are primary, mirror, diffuse, hard, ao, and soft, near, huge, \
+     grazing and many with a number of samples such as soft16"
 )]
 pub struct UnknownKind(String);
 
@@ -91,12 +96,18 @@ impl FromStr for Kind {
             "diffuse" => Ok(Self::Diffuse),
             "hard" => Ok(Self::Hard),
             "ao" => Ok(Self::Ao),
-            _ => name
-                .strip_prefix("soft")
-                .and_then(|samples| samples.parse().ok())
-                .filter(|samples| (1..=4096).contains(samples))
-                .map(Self::Soft)
-                .ok_or_else(|| UnknownKind(name.into())),
+            _ => {
+                let samples = |samples: &str| {
+                    samples.parse().ok().filter(|samples| (1..=4096).contains(samples))
+                };
+                let of_lamp = |lamp: Lamp| {
+                    let rest = name.strip_prefix(lamp.name())?;
+                    Some(Self::Lamp(lamp, samples(rest)?))
+                };
+                let soft = name.strip_prefix("soft").and_then(samples).map(Self::Soft);
+                soft.or_else(|| Lamp::ALL.into_iter().find_map(of_lamp))
+                    .ok_or_else(|| UnknownKind(name.into()))
+            }
         }
     }
 }

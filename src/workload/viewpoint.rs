@@ -5,10 +5,10 @@ use std::ops::Range;
 use glam::{Vec2, Vec3};
 
 use super::random::Random;
-use super::{Kind, Stage, Workload};
+use super::{Kind, Lamp, Stage, Workload};
 use crate::hit::HitBatch;
 use crate::ray::{Ray, RayBatch};
-use crate::scene::{CameraError, Scene};
+use crate::scene::{CameraError, LightShape, Scene};
 
 /// The side of a tile of pixels.
 pub const TILE: usize = 16;
@@ -34,14 +34,16 @@ pub struct Viewpoint<'a> {
     tiles: Vec<Range<usize>>,
 }
 
-/// Points that look at the stage's light, in SoA arrays.
-#[derive(Clone, Debug, Default)]
+/// Points that look at lights, in SoA arrays.
+#[derive(Clone, Debug)]
 pub struct ShadowPoints {
+    /// What they look at, one after the other.
+    pub lights: Vec<LightShape>,
     /// Where shadow rays start: x, y and z.
     pub position: [Vec<f32>; 3],
     /// The unit normals of the surfaces, on the viewer's side.
     pub normal: [Vec<f32>; 3],
-    /// The first coordinate of the samples on the light, all of a point together.
+    /// The first coordinate of the samples on each light, all of a point together.
     pub u: Vec<f32>,
     /// The second one.
     pub v: Vec<f32>,
@@ -124,11 +126,7 @@ impl<'a> Viewpoint<'a> {
                 t_max: AO_DISTANCE * self.stage.diagonal,
                 ..Ray::new(start.origin, start.random.cosine_hemisphere(start.normal))
             }),
-            Kind::Hard => {
-                let light = self.stage.light.at(0.5, 0.5);
-                self.one_per_hit(kind, |start| towards(start.origin, light))
-            }
-            Kind::Soft(samples) => self.soft(samples),
+            Kind::Hard | Kind::Soft(_) | Kind::Lamp(..) => self.shadows(kind),
         };
         Workload { name: kind.to_string(), rays, query: kind.query() }
     }
@@ -139,43 +137,67 @@ impl<'a> Viewpoint<'a> {
         starts.map(|mut start| ray(&mut start)).collect()
     }
 
-    fn soft(&self, samples: u32) -> RayBatch {
-        let set = self.shadow_points(samples);
-        let light = &self.stage.light;
-        let mut rays = RayBatch::with_capacity(set.u.len());
-        for (index, (&u, &v)) in set.u.iter().zip(&set.v).enumerate() {
-            let point = index / samples as usize;
-            let origin = Vec3::from(set.position.each_ref().map(|part| part[point]));
-            rays.push(&towards(origin, light.at(u, v)));
+    fn shadows(&self, kind: Kind) -> RayBatch {
+        let Some(set) = self.shadow_points(kind) else { return RayBatch::default() };
+        let points = set.position[0].len();
+        let mut rays = RayBatch::with_capacity(set.u.len() * set.lights.len());
+        for light in &set.lights {
+            for (index, (&u, &v)) in set.u.iter().zip(&set.v).enumerate() {
+                let point = index * points / set.u.len();
+                let origin = Vec3::from(set.position.each_ref().map(|part| part[point]));
+                rays.push(&towards(origin, light.at(u, v)));
+            }
         }
         rays
     }
 
-    /// The points and the samples of [`Kind::Soft`].
-    pub fn shadow_points(&self, samples: u32) -> ShadowPoints {
+    /// The points, lights and samples of rays that go to lights; `None` for other kinds. The rays of
+    /// the workload go through the lights, then through the points, then through the samples.
+    pub fn shadow_points(&self, kind: Kind) -> Option<ShadowPoints> {
+        let (samples, lights) = match kind {
+            Kind::Hard => (1, vec![LightShape::Point(self.stage.light.at(0.5, 0.5))]),
+            Kind::Soft(samples) => (samples, vec![self.stage.light]),
+            Kind::Lamp(lamp, samples) => (samples, self.lights(lamp)),
+            _ => return None,
+        };
         // As many tiles as give about one ray a pixel, spread at random and in picture order.
-        let count = (self.tiles.len() / samples as usize).max(1);
+        let count = (self.tiles.len() / (samples as usize * lights.len().max(1))).max(1);
         let mut order = Random::new(self.seed, 0x007e_1e5e).permutation(self.tiles.len());
         order.truncate(count);
         order.sort_unstable();
         let strata = block_order(samples);
-        let mut points = ShadowPoints::default();
+        let empty = || [const { Vec::new() }; 3];
+        let (position, normal) = (empty(), empty());
+        let mut points = ShadowPoints { lights, position, normal, u: Vec::new(), v: Vec::new() };
         for tile in order {
             for index in self.tiles[tile as usize].clone() {
-                let Some(mut start) = self.start(Kind::Soft(samples), index) else { continue };
+                let Some(mut start) = self.start(kind, index) else { continue };
                 for axis in 0..3 {
                     points.position[axis].push(start.origin[axis]);
                     points.normal[axis].push(start.normal[axis]);
                 }
                 for &(corner, size) in &strata {
-                    let jitter = Vec2::new(start.random.unit(), start.random.unit());
+                    let jitter = match kind {
+                        Kind::Hard => Vec2::splat(0.5),
+                        _ => Vec2::new(start.random.unit(), start.random.unit()),
+                    };
                     let at = corner + jitter * size;
                     points.u.push(at.x);
                     points.v.push(at.y);
                 }
             }
         }
-        points
+        Some(points)
+    }
+
+    /// The lights of a lamp, of which some hang on the surface in the middle of the picture.
+    fn lights(&self, lamp: Lamp) -> Vec<LightShape> {
+        let dir = |index: usize| self.rays.as_rays().get(index).dir;
+        let middle: Vec3 = (0..self.rays.len()).map(dir).sum();
+        let starts = (0..self.rays.len()).filter(|&index| self.hits.get(index).is_hit());
+        let central = starts.max_by(|&a, &b| middle.dot(dir(a)).total_cmp(&middle.dot(dir(b))));
+        let start = central.and_then(|index| self.start(Kind::Primary, index));
+        start.map_or_else(Vec::new, |start| lamp.lights(&self.stage, start.origin, start.normal))
     }
 
     fn start(&self, kind: Kind, index: usize) -> Option<Start> {
@@ -193,6 +215,8 @@ impl<'a> Viewpoint<'a> {
             Kind::Hard => 3,
             Kind::Ao => 4,
             Kind::Soft(samples) => 5 + u64::from(samples),
+            // No other kind has so many samples.
+            Kind::Lamp(lamp, samples) => ((lamp as u64 + 1) << 16) + u64::from(samples),
         };
         Some(Start {
             origin: surface.position + normal * (OFFSET * self.stage.diagonal),

@@ -3,13 +3,14 @@
 //! A lane that has met something, or has no valid ray, holds an empty range: it meets no box and no
 //! primitive any more.
 
+use super::leaf::Leaf;
 use crate::bvh::Node;
 use crate::kernels::{
-    Projected, ScaledRay, Sheared, SlabRay, intersect_quad, intersect_triangle, occluded_by_sphere,
+    BeamAxes, Projected, ScaledRay, Sheared, SlabRay, intersect_quad, intersect_triangle,
+    occluded_by_sphere,
 };
 use crate::points::SHADOW_T_MAX;
-use crate::simd::{F32x8, F32x16, LaneMask, Lanes};
-use crate::traverse::leaf::Leaf;
+use crate::simd::{F32x8, F32x16, LaneMask, Lanes, each};
 use crate::traverse::{SHEAR_ORDER, ones};
 
 /// One register of shadow rays.
@@ -51,19 +52,23 @@ impl Bundle {
     pub(super) fn load(&mut self, origin: [F32x16; 3], dir: [F32x16; 3], active: u32, extent: f32) {
         let zero = F32x16::splat(0.0);
         let t_max = F32x16::splat(SHADOW_T_MAX);
-        let ray = ScaledRay::new(origin, dir, zero, t_max, F32x16::mask(active));
+        // In place: copies of so many registers go through memory.
+        self.ray = ScaledRay::new(origin, dir, zero, t_max, F32x16::mask(active));
+        let ray = &self.ray;
+        self.slab = SlabRay::new(ray, extent);
         self.along = ray.axis_masks();
         self.axes = 0;
-        for axis in 0..3 {
+        for (axis, &[x, y, _]) in SHEAR_ORDER.iter().take(3).enumerate() {
             if self.along[axis] != 0 {
                 self.axes |= 1 << axis;
-                let (sheared, mask) = (ray.sheared(axis), F32x16::mask(self.along[axis]));
-                self.shear[0] = Lanes::select(mask, sheared.shear[0], self.shear[0]);
-                self.shear[1] = Lanes::select(mask, sheared.shear[1], self.shear[1]);
-                self.inverse = Lanes::select(mask, sheared.inverse, self.inverse);
+                let mask = F32x16::mask(self.along[axis]);
+                // That of the largest part is the quotient of the shear, bit for bit.
+                let inverse = self.slab.inverse[axis];
+                self.shear[0] = Lanes::select(mask, ray.dir[x] * inverse, self.shear[0]);
+                self.shear[1] = Lanes::select(mask, ray.dir[y] * inverse, self.shear[1]);
+                self.inverse = Lanes::select(mask, inverse, self.inverse);
             }
         }
-        self.slab = SlabRay::new(&ray, extent);
         let valid = ray.valid.bits();
         let negative = |axis: usize| Lanes::lt(self.slab.inverse[axis], zero).bits() & valid;
         let negative = [negative(0), negative(1), negative(2)];
@@ -71,7 +76,6 @@ impl Bundle {
         let near = |axis: usize| if negative[axis] == 0 { axis } else { axis + 3 };
         self.near_plane = (one_sign(negative[0]) && one_sign(negative[1]) && one_sign(negative[2]))
             .then(|| [near(0), near(1), near(2)]);
-        self.ray = ray;
         self.seen = active;
     }
 
@@ -87,17 +91,28 @@ impl Bundle {
         self.along[0] | self.along[1] | self.along[2]
     }
 
-    /// The valid rays' origins and directions: the smallest and the largest of what `of` makes of
-    /// them.
+    /// Where the valid rays start, the smallest and the largest coordinates in these axes.
     #[inline(always)]
-    pub(super) fn range<const N: usize>(
-        &self,
-        of: impl Fn(&ScaledRay<F32x16>) -> [F32x16; N],
-    ) -> [[f32; N]; 2] {
+    pub(super) fn origins(&self, axes: BeamAxes) -> [[f32; 3]; 2] {
+        self.range(axes.turn(self.ray.origin))
+    }
+
+    /// The smallest and the largest slopes of the valid rays.
+    #[inline(always)]
+    pub(super) fn slopes(&self, axes: BeamAxes) -> [[f32; 2]; 2] {
+        let [a, b, _] = axes.turn(self.ray.dir);
+        // The slab test's quotient: rays that run along an axis have no part near zero there.
+        let inverse = axes.forward(&self.slab.inverse);
+        self.range([a * inverse, b * inverse])
+    }
+
+    /// The smallest and the largest of what the valid rays have.
+    #[inline(always)]
+    fn range<const N: usize>(&self, of: [F32x16; N]) -> [[f32; N]; 2] {
         let (inf, neg) = (F32x16::splat(f32::INFINITY), F32x16::splat(f32::NEG_INFINITY));
         let mut range = [[0.0; N]; 2];
         // Loops, since a `map` is not always inlined.
-        for (place, lanes) in of(&self.ray).into_iter().enumerate() {
+        for (place, lanes) in of.into_iter().enumerate() {
             range[0][place] = Lanes::select(self.ray.valid, lanes, inf).reduce_min();
             range[1][place] = Lanes::select(self.ray.valid, lanes, neg).reduce_max();
         }
@@ -193,6 +208,7 @@ impl Bundle {
         leaf: &Leaf<'_, FIELDS>,
     ) -> bool {
         let active = F32x8::mask((1 << leaf.count) - 1);
+        let fields: [F32x8; FIELDS] = each(|field| leaf.lanes(field));
         let mut hit = 0;
         for lane in ones(lanes) {
             let of = |lanes: F32x16| F32x8::splat(lanes.lane(lane));
@@ -205,8 +221,8 @@ impl Bundle {
                     scale: of(self.ray.scale),
                     valid: active,
                 };
-                let center = [leaf.lanes[0], leaf.lanes[1], leaf.lanes[2]];
-                occluded_by_sphere(&ray, center, leaf.lanes[3], active) != 0
+                let center = [fields[0], fields[1], fields[2]];
+                occluded_by_sphere(&ray, center, fields[3], active) != 0
             } else {
                 let main = (0..2).find(|&main| self.along[main] >> lane & 1 != 0).unwrap_or(2);
                 let order = SHEAR_ORDER[main];
@@ -222,7 +238,7 @@ impl Bundle {
                     t_max: of(self.ray.t_max),
                 };
                 let corner = |corner: usize| {
-                    let part = |axis: usize| leaf.lanes[(3 * corner + axis) % FIELDS];
+                    let part = |axis: usize| fields[(3 * corner + axis) % FIELDS];
                     ray.project([part(order[0]), part(order[1]), part(order[2])])
                 };
                 let (a, b, c) = (corner(0), corner(1), corner(2));

@@ -4,10 +4,10 @@
 //! against the groups' shafts in sixteen, and then by the groups that are left themselves. In a leaf
 //! the boxes of its primitives go the same way.
 
+use super::leaf::Leaf;
 use super::shafts::Cull;
 use crate::bvh::{Bvh, Child, LEAF, Node, PrimKind};
-use crate::simd::{F32x8, Lanes};
-use crate::traverse::leaf::Leaf;
+use crate::simd::{F32x8, Lanes, each};
 use crate::traverse::ones;
 use crate::traverse::visits::count;
 
@@ -104,8 +104,7 @@ fn enter_node<C: Cull>(
 ) -> usize {
     count(|visits| visits.nodes += 1);
     let (base, node) = (waiting, &bvh.nodes[index as usize]);
-    let (boxes, slots) =
-        shafts.boxes(std::array::from_fn(|place| F32x8::load(&node.bounds[place])));
+    let (boxes, slots) = shafts.boxes(each(|place| F32x8::load(&node.bounds[place])));
     for slot in ones(slots) {
         let mut met = shafts.groups(&boxes, slot) & groups;
         for group in ones(met) {
@@ -169,17 +168,13 @@ fn meet_all<C: Cull, P: Party<C>, const FIELDS: usize>(
         return any;
     }
     let (boxes, places) = shafts.boxes(leaf.bounds());
-    let mut lanes = [[0.0; 8]; FIELDS];
-    for (to, from) in lanes.iter_mut().zip(&leaf.lanes) {
-        from.store(to);
-    }
     for place in ones(places & ((1 << leaf.count) - 1)) {
         let met = shafts.groups(&boxes, place) & groups & party.live();
         if met == 0 {
             continue;
         }
         count(|visits| visits.primitives += 1);
-        let fields: [f32; FIELDS] = std::array::from_fn(|field| lanes[field][place & 7]);
+        let fields = leaf.primitive(place);
         for index in ones(met) {
             count(|visits| visits.primitive_groups += 1);
             if meet(party, index, (&boxes, place), &fields) {

@@ -14,6 +14,9 @@
 //! 4. Points whose directions to the light spread too far for shafts, or are not finite, go as rays of
 //!    a batch ([`rays`]).
 //!
+//! Bundles hold the samples of one point, or one sample each of sixteen neighbours ([`crossed`]), as
+//! [`sampled`] finds better. Points in no order are sorted before ([`order`]).
+//!
 //! Points that look at a point light are bundles at once, sixteen points each ([`hard`]).
 //!
 //! A point that nothing was between sees the whole light without one ray, and one that a single
@@ -23,9 +26,12 @@
 
 mod block;
 mod bundle;
+mod crossed;
 mod descent;
 mod group;
 mod hard;
+mod leaf;
+mod order;
 mod placed;
 mod rays;
 mod sampled;
@@ -38,6 +44,7 @@ use std::ops::Range;
 use glam::Vec3;
 
 use self::block::Block;
+pub(crate) use self::order::Ordered;
 use self::rays::SampleRays;
 use self::sampled::Sampled;
 use crate::bvh::Bvh;
@@ -96,7 +103,7 @@ pub(crate) fn visibility<S: LightSamples + ?Sized>(
             let end = (start + BLOCK_POINTS).min(range.end);
             let aim = block.trace(start..end, &mut done);
             block.unsettled().for_each(|point| sampled.add(query, &aim, point));
-            sampled.finish(&aim, &mut done);
+            sampled.finish(query, &aim, &mut done);
             block.unfit().for_each(|point| rays.add(bvh, query, point, &mut done));
         }
     }

@@ -6,15 +6,18 @@
 use super::bundle::Bundle;
 use super::descent::{Party, Place, Waiting, descend, enter_leaf};
 use super::group::Aim;
+use super::leaf::Leaf;
 use super::shafts::{Beams, Cull, GROUPS, Shafts};
 use super::sight::Sight;
 use crate::bvh::{Bvh, LEAF, Node};
 use crate::simd::{F32x8, F32x16, Lanes, each};
-use crate::traverse::leaf::Leaf;
 use crate::traverse::{ones, stack_size};
 
 /// How many leaves are entered first.
 const RECENT: usize = 16;
+
+/// Leaves in which a volley met something.
+pub(super) type Recent = Vec<Place>;
 
 /// A point that all rays of a volley have in common.
 #[derive(Clone, Copy, Debug)]
@@ -34,10 +37,12 @@ pub(super) struct Volley<'a> {
     /// The bundles with a ray that has met nothing.
     live: u32,
     /// The leaves in which this volley met something.
-    met: Vec<Place>,
+    met: Recent,
     /// Those of the volley before.
-    recent: Vec<Place>,
+    recent: Recent,
     stack: Vec<Waiting>,
+    /// How many rays were tested against a leaf by themselves.
+    alone: usize,
 }
 
 impl<'a> Volley<'a> {
@@ -51,6 +56,7 @@ impl<'a> Volley<'a> {
             met: Vec::with_capacity(RECENT),
             recent: Vec::with_capacity(RECENT),
             stack: vec![Waiting::default(); stack_size(bvh)],
+            alone: 0,
         }
     }
 
@@ -59,9 +65,9 @@ impl<'a> Volley<'a> {
         self.len == GROUPS
     }
 
-    /// Adds the rays from `origin` along `dir`, the lanes in `active`, all of which `aim` bounds; `shared`
-    /// is the origin if it is the same for all. Returns how far the origins are apart, both axes across
-    /// added.
+    /// Adds the rays from `origin` along `dir`, the lanes in `active`, all of which `aim` bounds;
+    /// `around` is where the origins are, if that is known. Returns how far they are apart, both axes
+    /// across added.
     #[inline(always)]
     pub(super) fn push(
         &mut self,
@@ -69,26 +75,19 @@ impl<'a> Volley<'a> {
         origin: [F32x16; 3],
         dir: [F32x16; 3],
         active: u32,
-        shared: Option<[f32; 3]>,
+        around: Option<[[f32; 3]; 2]>,
     ) -> f32 {
         let place = self.len;
         let bundle = &mut self.bundles[place];
         bundle.load(origin, dir, active, self.bvh.extent);
         let axes = aim.axes;
-        let [mut low, mut high] = match shared {
-            Some(origin) => [axes.turn(origin); 2],
-            None => bundle.range(|ray| axes.turn(ray.origin)),
-        };
+        let [mut low, mut high] = around.unwrap_or_else(|| bundle.origins(axes));
         let spread = (high[0] - low[0]) + (high[1] - low[1]);
         for axis in 0..3 {
             low[axis] -= aim.margin;
             high[axis] += aim.margin;
         }
-        let slopes = bundle.range(|ray| {
-            let [a, b, forward] = axes.turn(ray.dir);
-            [a / forward, b / forward]
-        });
-        self.beams.set(place, [low, high], slopes);
+        self.beams.set(place, [low, high], bundle.slopes(axes));
         self.live |= u32::from(bundle.live() != 0) << place;
         self.len += 1;
         spread
@@ -98,6 +97,16 @@ impl<'a> Volley<'a> {
     pub(super) fn pop(&mut self) {
         self.len -= 1;
         self.live &= !(1 << self.len);
+    }
+
+    /// Exchanges the leaves that the next volley enters first.
+    pub(super) fn swap_recent(&mut self, recent: &mut Recent) {
+        std::mem::swap(&mut self.met, recent);
+    }
+
+    /// How many rays were tested against a leaf by themselves since the last call.
+    pub(super) fn take_alone(&mut self) -> usize {
+        std::mem::take(&mut self.alone)
     }
 
     /// Traces all bundles, gives for each the lanes whose rays have met nothing, and takes them out.
@@ -169,6 +178,7 @@ impl<C: Cull> Party<C> for Volley<'_> {
             if 2 * lanes.count_ones() <= leaf.count {
                 rest &= !(1 << group);
                 if lanes != 0 {
+                    self.alone += lanes.count_ones() as usize;
                     any |= self.meet(group, |bundle| bundle.singly(lanes, leaf));
                 }
             }

@@ -4,6 +4,7 @@
 
 mod atrium;
 mod dense_scan;
+mod grating;
 mod mixed;
 mod patch;
 mod sphereflake;
@@ -11,6 +12,7 @@ mod terrain;
 
 pub use atrium::atrium;
 pub use dense_scan::dense_scan;
+pub use grating::grating;
 pub use mixed::mixed;
 pub use sphereflake::sphereflake;
 pub use terrain::terrain;
