@@ -24,20 +24,7 @@ impl<'a, const FIELDS: usize> Leaf<'a, FIELDS> {
     /// The boxes of the primitives.
     #[inline(always)]
     pub(super) fn bounds(&self) -> [F32x8; 6] {
-        if FIELDS == SPHERE_FIELDS {
-            let radius = self.lanes[3];
-            return each(|place| {
-                let center = self.lanes[place % 3];
-                if place < 3 { center - radius } else { center + radius }
-            });
-        }
-        let mut bounds: [F32x8; 6] = each(|place| self.lanes[place % 3]);
-        for field in 3..FIELDS {
-            let lanes = self.lanes[field];
-            bounds[field % 3] = Lanes::min(bounds[field % 3], lanes);
-            bounds[3 + field % 3] = Lanes::max(bounds[3 + field % 3], lanes);
-        }
-        bounds
+        boxes::<FIELDS>(|field| self.lanes[field])
     }
 
     /// Makes all points relative to `origin`, as each ray that starts there would.
@@ -53,4 +40,22 @@ impl<'a, const FIELDS: usize> Leaf<'a, FIELDS> {
     pub(super) fn fields(&self, place: usize) -> [f32; FIELDS] {
         each(|field| self.lanes[field].lane(place & 7))
     }
+}
+
+/// The boxes of primitives, by their fields.
+#[inline(always)]
+pub(super) fn boxes<const FIELDS: usize>(lanes: impl Fn(usize) -> F32x8) -> [F32x8; 6] {
+    if FIELDS == SPHERE_FIELDS {
+        let radius = lanes(3);
+        return each(|place| {
+            let center = lanes(place % 3);
+            if place < 3 { center - radius } else { center + radius }
+        });
+    }
+    let mut bounds: [F32x8; 6] = each(|place| lanes(place % 3));
+    for field in 3..FIELDS {
+        bounds[field % 3] = Lanes::min(bounds[field % 3], lanes(field));
+        bounds[3 + field % 3] = Lanes::max(bounds[3 + field % 3], lanes(field));
+    }
+    bounds
 }

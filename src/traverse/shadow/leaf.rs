@@ -2,9 +2,7 @@
 
 use crate::bvh::{self, LeafArray};
 use crate::simd::{F32x8, Lanes, each};
-
-/// The fields of a sphere: its centre and its radius.
-const SPHERE_FIELDS: usize = 4;
+use crate::traverse::leaf::boxes;
 
 /// Up to eight primitives of one kind.
 pub(super) struct Leaf<'a, const FIELDS: usize> {
@@ -27,20 +25,7 @@ impl<'a, const FIELDS: usize> Leaf<'a, FIELDS> {
     /// The boxes of the primitives.
     #[inline(always)]
     pub(super) fn bounds(&self) -> [F32x8; 6] {
-        if FIELDS == SPHERE_FIELDS {
-            let radius = self.lanes(3);
-            return each(|place| {
-                let center = self.lanes(place % 3);
-                if place < 3 { center - radius } else { center + radius }
-            });
-        }
-        let mut bounds: [F32x8; 6] = each(|place| self.lanes(place % 3));
-        for field in 3..FIELDS {
-            let lanes = self.lanes(field);
-            bounds[field % 3] = Lanes::min(bounds[field % 3], lanes);
-            bounds[3 + field % 3] = Lanes::max(bounds[3 + field % 3], lanes);
-        }
-        bounds
+        boxes::<FIELDS>(|field| self.lanes(field))
     }
 
     /// The fields of one primitive.
