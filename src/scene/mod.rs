@@ -10,6 +10,7 @@ mod queries;
 mod settings;
 mod source;
 mod surface;
+mod surfaces;
 mod visibility;
 
 pub use builder::{Dropped, Scene, SceneBuilder};
@@ -23,3 +24,4 @@ pub use settings::{
     MAX_BOUNCES, MAX_PIXELS, MAX_SAMPLES, MAX_SIDE, Settings, SettingsError, Shading,
 };
 pub use surface::Surface;
+pub(crate) use surfaces::{HitLanes, LANES, SurfaceLanes, Vectors, dot, normalized_or};

@@ -8,6 +8,11 @@
 //! 2013), which exist for any count `N`, prime ones too: with `m = floor(sqrt N)` columns and
 //! `n = ceil(N / m)` rows, point `i` lies in its own of `N` strips along `y` and of `m n` strips
 //! along `x`, and in its own cell if `N = m n`.
+//!
+//! The samples of one pixel share these strips, and each moves all points by the same step within
+//! their cells, around at the edges. The steps are the first points of Sobol's sequence, so what the
+//! samples of a pixel have in one cell is stratified, too, and their sum is less noisy than that of
+//! independent sets; each set alone is as good as before.
 
 use glam::Vec2;
 
@@ -16,23 +21,32 @@ use crate::scene::MAX_SAMPLES;
 /// The dimension of the positions inside a pixel. Lights use those above it.
 pub const PIXEL_DIMENSION: u64 = 0;
 
-/// Rows of the largest set: `ceil(N / floor(sqrt N))` for N = 65,535 is 257.
-const MAX_ROWS: usize = 258;
+/// Room for the rows of the largest set, `ceil(N / floor(sqrt N))` = 257 for N = 65,535; a power of two,
+/// so that places in it need no check.
+const MAX_ROWS: usize = 512;
+
+/// Room for those of most sets.
+const FEW_ROWS: usize = 16;
+
+/// How many points are placed together.
+const LANES: usize = 16;
 
 /// Names one set of sample points.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct SampleKey(u64);
+pub struct SampleKey {
+    pixel: u64,
+    sample: u32,
+}
 
 impl SampleKey {
     /// The key of sample `sample` in pixel (`x`, `y`), counted in the full picture.
     pub fn new(x: u32, y: u32, sample: u32, seed: u64) -> Self {
-        let pixel = mix(seed ^ mix(u64::from(x) | u64::from(y) << 32));
-        Self(mix(pixel ^ u64::from(sample)))
+        Self { pixel: mix(seed ^ mix(u64::from(x) | u64::from(y) << 32)), sample }
     }
 
     /// The key of one of the decisions made for this sample: each has a dimension of its own.
     pub fn dimension(self, dimension: u64) -> Self {
-        Self(mix(self.0.wrapping_add(dimension.wrapping_mul(ODD))))
+        Self { pixel: mix(self.pixel.wrapping_add(dimension.wrapping_mul(ODD))), ..self }
     }
 }
 
@@ -42,18 +56,18 @@ pub fn light_dimension(bounce: u32, light: usize, lights: usize) -> u64 {
 }
 
 /// The points of one set.
-#[derive(Clone, Debug)]
+#[derive(Clone, Copy, Debug)]
 pub struct StratifiedSet {
     key: u64,
     count: u32,
     columns: u32,
-    /// Where each column and each row really is: their order is shuffled.
-    column_at: [u16; MAX_ROWS],
-    row_at: [u16; MAX_ROWS],
+    rows: u32,
     /// 1 / count, 1 / columns, 1 / rows.
     scale: f32,
     column_scale: f32,
     row_scale: f32,
+    /// How far all points are moved within their cells, in cells.
+    step: [f32; 2],
 }
 
 impl StratifiedSet {
@@ -64,56 +78,113 @@ impl StratifiedSet {
         let count = count.clamp(1, MAX_SAMPLES);
         let columns = count.isqrt();
         let rows = count.div_ceil(columns);
-        let mut set = Self {
-            key: key.0,
+        Self {
+            key: key.pixel,
             count,
             columns,
-            column_at: [0; MAX_ROWS],
-            row_at: [0; MAX_ROWS],
+            rows,
             scale: 1.0 / count as f32,
             column_scale: 1.0 / columns as f32,
             row_scale: 1.0 / rows as f32,
-        };
-        shuffle(&mut set.column_at[..columns as usize], mix(key.0 ^ COLUMNS));
-        shuffle(&mut set.row_at[..rows as usize], mix(key.0 ^ ROWS));
-        set
+            step: step(key.sample),
+        }
     }
 
     /// Point `index` of the set, in `[0, 1) x [0, 1)`. Points are numbered row by row of the
     /// stratification, so neighbours in number are neighbours on the square's second axis.
     /// Panics if `index` is not below the count.
+    ///
+    /// Each call finds the order of columns and rows anew: [`StratifiedSet::fill`] does so once.
     pub fn point(&self, index: u32) -> Vec2 {
         assert!(index < self.count, "point {index} of a set of {}", self.count);
+        let (column_at, row_at) = self.orders::<MAX_ROWS>();
         let (row, column) = (index / self.columns, index % self.columns);
-        let (row, column) = (self.row_at[row as usize], self.column_at[column as usize]);
-        let (x, y) = self.place(index, f32::from(column), f32::from(row));
+        let (column, row) = (column_at[column as usize], row_at[row as usize]);
+        let (x, y) = self.place(index, column, row);
         Vec2::new(x, y)
     }
 
-    /// Writes the first points of the set, as many as there are and as both slices have places for.
-    pub fn fill(&self, u: &mut [f32], v: &mut [f32]) {
-        let count = u.len().min(v.len()).min(self.count as usize);
-        let (u, v) = (&mut u[..count], &mut v[..count]);
-        // Columns and rows first: what is left then has neither divisions nor gathers, and is compiled
-        // to whole registers.
-        let columns = self.columns as usize;
-        let rows = u.chunks_mut(columns).zip(v.chunks_mut(columns)).zip(&self.row_at);
-        for ((u, v), &row) in rows {
-            for ((u, v), &column) in u.iter_mut().zip(v).zip(&self.column_at) {
-                (*u, *v) = (f32::from(column), f32::from(row));
-            }
-        }
-        for (index, (u, v)) in (0..).zip(u.iter_mut().zip(v)) {
-            (*u, *v) = self.place(index, *u, *v);
+    /// Writes the points from `first` on, as many as there are and as both slices have places for.
+    pub fn fill(&self, first: u32, u: &mut [f32], v: &mut [f32]) {
+        if self.rows as usize <= FEW_ROWS {
+            self.fill_by::<FEW_ROWS>(first, u, v);
+        } else {
+            self.fill_by::<MAX_ROWS>(first, u, v);
         }
     }
 
     #[inline(always)]
+    fn fill_by<const ROWS: usize>(&self, first: u32, u: &mut [f32], v: &mut [f32]) {
+        let (column_at, row_at) = self.orders::<ROWS>();
+        let first = first.min(self.count);
+        let count = u.len().min(v.len()).min((self.count - first) as usize);
+        let (u, v) = (&mut u[..count], &mut v[..count]);
+        // Columns and rows first: what is left then has neither divisions nor gathers.
+        let (mut row, mut column) = ((first / self.columns) as usize, first % self.columns);
+        let mut at = 0;
+        while at < count {
+            let end = count.min(at + (self.columns - column) as usize);
+            let row_at = row_at[row % ROWS];
+            for (u, v) in u[at..end].iter_mut().zip(&mut v[at..end]) {
+                (*u, *v) = (column_at[column as usize % ROWS], row_at);
+                column += 1;
+            }
+            (at, row, column) = (end, row + 1, 0);
+        }
+        let (u, last_u) = u.as_chunks_mut();
+        let (v, last_v) = v.as_chunks_mut();
+        let mut index = first;
+        for (u, v) in u.iter_mut().zip(v) {
+            self.place_all(index, u, v);
+            index += LANES as u32;
+        }
+        if !last_u.is_empty() {
+            let (mut x, mut y) = ([0.0; LANES], [0.0; LANES]);
+            x[..last_u.len()].copy_from_slice(last_u);
+            y[..last_v.len()].copy_from_slice(last_v);
+            self.place_all(index, &mut x, &mut y);
+            last_u.copy_from_slice(&x[..last_u.len()]);
+            last_v.copy_from_slice(&y[..last_v.len()]);
+        }
+    }
+
+    /// A loop of a known length over arrays of its own, which is compiled to whole registers.
+    #[inline(always)]
+    fn place_all(&self, first: u32, u: &mut [f32; LANES], v: &mut [f32; LANES]) {
+        let (columns, rows) = (*u, *v);
+        for lane in 0..LANES {
+            (u[lane], v[lane]) = self.place(first + lane as u32, columns[lane], rows[lane]);
+        }
+    }
+
+    /// Where each column and each row really is: their order is shuffled.
+    #[inline(always)]
+    fn orders<const ROWS: usize>(&self) -> ([f32; ROWS], [f32; ROWS]) {
+        let (mut column_at, mut row_at) = ([0.0; ROWS], [0.0; ROWS]);
+        shuffle(&mut column_at[..self.columns as usize], self.key ^ COLUMNS);
+        shuffle(&mut row_at[..self.rows as usize], self.key ^ ROWS_KEY);
+        (column_at, row_at)
+    }
+
+    #[inline(always)]
     fn place(&self, index: u32, column_at: f32, row_at: f32) -> (f32, f32) {
-        let jitter = |key: u32| unit_float(mix_short(key ^ (index + 1).wrapping_mul(SHORT_ODD)));
-        let (jitter_x, jitter_y) = (jitter((self.key >> 32) as u32), jitter(self.key as u32));
-        let x = (column_at + (row_at + jitter_x) * self.row_scale) * self.column_scale;
-        let y = (index as f32 + jitter_y) * self.scale;
+        let jitter = mix_short(self.key as u32 ^ (index + 1).wrapping_mul(SHORT_ODD));
+        let (jitter_x, jitter_y) = (half_float(jitter >> 16), half_float(jitter & 0xffff));
+        let inside = (row_at + jitter_x) * self.row_scale + self.step[0];
+        let inside = if inside >= 1.0 { inside - 1.0 } else { inside };
+        let x = (column_at + inside) * self.column_scale;
+
+        // The row's first point and how many it has, in floats: adding 1.5 * 2^23 rounds to a whole
+        // number, from which the middle of a point is half a step away.
+        const ROUND: f32 = 12_582_912.0;
+        let (index, columns) = (index as f32, self.columns as f32);
+        let row = ((index + 0.5) * self.column_scale - 0.5 + ROUND) - ROUND;
+        let first = row * columns;
+        let rest = self.count as f32 - first;
+        let points = if rest < columns { rest } else { columns };
+        let inside = index - first + jitter_y + self.step[1] * points;
+        let inside = if inside >= points { inside - points } else { inside };
+        let y = (first + inside) * self.scale;
         // Rounding can reach 1.
         let last = 1.0_f32.next_down();
         (if x > last { last } else { x }, if y > last { last } else { y })
@@ -122,7 +193,7 @@ impl StratifiedSet {
 
 /// Where in a pixel its camera rays go through: stratified over its samples, and the centre if
 /// there is just one.
-#[derive(Clone, Debug)]
+#[derive(Clone, Copy, Debug)]
 pub struct PixelSamples(Option<StratifiedSet>);
 
 impl PixelSamples {
@@ -136,12 +207,24 @@ impl PixelSamples {
     pub fn at(&self, index: u32) -> Vec2 {
         self.0.as_ref().map_or(Vec2::splat(0.5), |set| set.point(index))
     }
+
+    /// Writes the positions from sample `first` on, as many as there are and as both slices have
+    /// places for.
+    pub fn fill(&self, first: u32, x: &mut [f32], y: &mut [f32]) {
+        match &self.0 {
+            Some(set) => set.fill(first, x, y),
+            None => {
+                let one = usize::from(first == 0);
+                x.iter_mut().take(one).chain(y.iter_mut().take(one)).for_each(|at| *at = 0.5);
+            }
+        }
+    }
 }
 
 /// The golden ratio's odd 64-bit fraction: steps of it visit all 64-bit numbers.
 const ODD: u64 = 0x9e37_79b9_7f4a_7c15;
 const COLUMNS: u64 = 0x5851_f42d_4c95_7f2d;
-const ROWS: u64 = 0xda94_2042_e4dd_58b5;
+const ROWS_KEY: u64 = 0xda94_2042_e4dd_58b5;
 
 /// A bijection of 64-bit numbers in which each input bit moves half of the output bits (the
 /// finalizer of SplitMix64: Steele, Lea, Flood 2014).
@@ -152,7 +235,6 @@ fn mix(value: u64) -> u64 {
     value ^ (value >> 31)
 }
 
-/// The upper 24 bits as a fraction of 1: exact, never 1.
 /// A step of the golden ratio's odd 32-bit fraction.
 const SHORT_ODD: u32 = 0x9e37_79b9;
 
@@ -165,19 +247,41 @@ fn mix_short(value: u32) -> u32 {
     value ^ (value >> 16)
 }
 
+/// 16 bits as a fraction of 1: exact, never 1. The middle of what other bits would add.
 #[inline(always)]
-fn unit_float(bits: u32) -> f32 {
-    (bits >> 8) as f32 * (1.0 / 16_777_216.0)
+fn half_float(bits: u32) -> f32 {
+    (bits as f32 + 0.5) * (1.0 / 65_536.0)
+}
+
+/// Point `sample` of Sobol's sequence in two dimensions.
+#[inline]
+fn step(sample: u32) -> [f32; 2] {
+    let (mut rest, mut direction, mut second) = (sample, 1_u32 << 31, 0);
+    while rest != 0 {
+        second ^= if rest & 1 != 0 { direction } else { 0 };
+        direction ^= direction >> 1;
+        rest >>= 1;
+    }
+    let unit = |bits: u32| (bits >> 8) as f32 * (1.0 / 16_777_216.0);
+    [unit(sample.reverse_bits()), unit(second)]
 }
 
 /// Writes 0, 1, 2, .. in an order that `key` fixes (Fisher and Yates).
-fn shuffle(order: &mut [u16], key: u64) {
-    let mut state = key;
+#[inline(always)]
+fn shuffle(order: &mut [f32], key: u64) {
+    let (mut state, mut random) = (key, 0);
     for last in 0..order.len() {
-        state = state.wrapping_add(ODD);
-        let other = (((mix(state) >> 32) * (last as u64 + 1)) >> 32) as usize;
+        // Each choice takes the upper part of the product and leaves the lower one to the next. Four
+        // choices of up to 258 take half of the bits.
+        if last % 4 == 0 {
+            state = state.wrapping_add(ODD);
+            random = mix(state);
+        }
+        let product = u128::from(random) * (last as u128 + 1);
+        let other = (product >> 64) as usize;
+        random = product as u64;
         order[last] = order[other];
-        order[other] = last as u16;
+        order[other] = last as f32;
     }
 }
 
@@ -186,7 +290,11 @@ mod tests {
     use super::*;
 
     fn set(count: u32, seed: u64) -> Vec<Vec2> {
-        let set = StratifiedSet::new(SampleKey::new(3, 4, 5, seed).dimension(6), count);
+        sample_set(0, count, seed)
+    }
+
+    fn sample_set(sample: u32, count: u32, seed: u64) -> Vec<Vec2> {
+        let set = StratifiedSet::new(SampleKey::new(3, 4, sample, seed).dimension(6), count);
         (0..count).map(|index| set.point(index)).collect()
     }
 
@@ -225,11 +333,32 @@ mod tests {
     }
 
     #[test]
+    fn samples_of_a_pixel_fill_the_cells_of_the_light_together() {
+        for seed in 0..50 {
+            let mut cell = [0; 256];
+            for sample in 0..16 {
+                let mut own = [0; 16];
+                for point in sample_set(sample, 16, seed) {
+                    own[(point.x * 4.0) as usize + 4 * (point.y * 4.0) as usize] += 1;
+                    cell[(point.x * 16.0) as usize + 16 * (point.y * 16.0) as usize] += 1;
+                }
+                assert_eq!(own, [1; 16], "sample {sample}");
+            }
+            // Points move by sixteenths of a cell, which is no whole number of jitters: a few cells of
+            // 256 take two of the points. Independent sets leave 94 cells empty.
+            let empty = cell.iter().filter(|&&points| points == 0).count();
+            assert!(empty < 85, "{empty} cells are empty");
+        }
+    }
+
+    #[test]
     fn the_mean_over_seeds_is_the_centre() {
         for count in [1, 2, 3, 5, 7, 16] {
-            let sum: Vec2 = (0..4000).flat_map(|seed| set(count, seed)).sum();
-            let mean = sum / (4000.0 * count as f32);
-            assert!((mean - 0.5).length() < 0.02, "{count} points: mean {mean}");
+            for sample in [0, 1, 5] {
+                let sum: Vec2 = (0..4000).flat_map(|seed| sample_set(sample, count, seed)).sum();
+                let mean = sum / (4000.0 * count as f32);
+                assert!((mean - 0.5).length() < 0.02, "{count} points: mean {mean}");
+            }
         }
     }
 
@@ -238,12 +367,14 @@ mod tests {
         for count in [1, 2, 3, 5, 16, 23, 64, 300] {
             let set = StratifiedSet::new(SampleKey::new(1, 2, 3, 4), count);
             let points: Vec<_> = (0..count).map(|index| set.point(index)).collect();
-            for len in [0, 1, count as usize - 1, count as usize, count as usize + 9] {
-                let (mut u, mut v) = (vec![-1.0; len], vec![-1.0; len]);
-                set.fill(&mut u, &mut v);
-                for (place, (u, v)) in u.into_iter().zip(v).enumerate() {
-                    let point = points.get(place).copied().unwrap_or(Vec2::splat(-1.0));
-                    assert_eq!(Vec2::new(u, v), point, "{place} of {count}");
+            for first in [0, 1, count / 2, count - 1, count, count + 1] {
+                for len in [0, 1, count as usize - 1, count as usize, count as usize + 9] {
+                    let (mut u, mut v) = (vec![-1.0; len], vec![-1.0; len]);
+                    set.fill(first, &mut u, &mut v);
+                    for (place, (u, v)) in (first as usize..).zip(u.into_iter().zip(v)) {
+                        let point = points.get(place).copied().unwrap_or(Vec2::splat(-1.0));
+                        assert_eq!(Vec2::new(u, v), point, "{place} of {count}");
+                    }
                 }
             }
         }
