@@ -9,10 +9,10 @@
 //! `n = ceil(N / m)` rows, point `i` lies in its own of `N` strips along `y` and of `m n` strips
 //! along `x`, and in its own cell if `N = m n`.
 //!
-//! The samples of one pixel share these strips, and each moves all points by the same step within
-//! their cells, around at the edges. The steps are the first points of Sobol's sequence, so what the
-//! samples of a pixel have in one cell is stratified, too, and their sum is less noisy than that of
-//! independent sets; each set alone is as good as before.
+//! The samples of one pixel share cells and strips. Each moves all of its points by one step around
+//! their cells, a number of whole strips and a part of one. The steps are the first points of Sobol's
+//! sequence. So each sample's own set is as good as it was, while all points that the samples of a
+//! pixel have in one cell are stratified, too: their sum is less noisy than that of independent sets.
 
 use glam::Vec2;
 
@@ -66,8 +66,9 @@ pub struct StratifiedSet {
     scale: f32,
     column_scale: f32,
     row_scale: f32,
-    /// How far all points are moved within their cells, in cells.
-    step: [f32; 2],
+    /// How far all points are moved around their cells: whole strips and a part of one, along `x`
+    /// and along `y`.
+    step: [[f32; 2]; 2],
 }
 
 impl StratifiedSet {
@@ -78,6 +79,11 @@ impl StratifiedSet {
         let count = count.clamp(1, MAX_SAMPLES);
         let columns = count.isqrt();
         let rows = count.div_ceil(columns);
+        let of_sample = sobol(key.sample);
+        let strips = |strips: u32, share: f32| {
+            let at = strips as f32 * share;
+            [at.trunc(), at.fract()]
+        };
         Self {
             key: key.pixel,
             count,
@@ -86,7 +92,7 @@ impl StratifiedSet {
             scale: 1.0 / count as f32,
             column_scale: 1.0 / columns as f32,
             row_scale: 1.0 / rows as f32,
-            step: step(key.sample),
+            step: [strips(rows, of_sample[0]), strips(columns, of_sample[1])],
         }
     }
 
@@ -170,9 +176,9 @@ impl StratifiedSet {
     fn place(&self, index: u32, column_at: f32, row_at: f32) -> (f32, f32) {
         let jitter = mix_short(self.key as u32 ^ (index + 1).wrapping_mul(SHORT_ODD));
         let (jitter_x, jitter_y) = (half_float(jitter >> 16), half_float(jitter & 0xffff));
-        let inside = (row_at + jitter_x) * self.row_scale + self.step[0];
-        let inside = if inside >= 1.0 { inside - 1.0 } else { inside };
-        let x = (column_at + inside) * self.column_scale;
+        let [strips, part] = self.step[0];
+        let strip = around(row_at + strips, self.rows as f32) + around(jitter_x + part, 1.0);
+        let x = (column_at + strip * self.row_scale) * self.column_scale;
 
         // The row's first point and how many it has, in floats: adding 1.5 * 2^23 rounds to a whole
         // number, from which the middle of a point is half a step away.
@@ -180,11 +186,11 @@ impl StratifiedSet {
         let (index, columns) = (index as f32, self.columns as f32);
         let row = ((index + 0.5) * self.column_scale - 0.5 + ROUND) - ROUND;
         let first = row * columns;
-        let rest = self.count as f32 - first;
-        let points = if rest < columns { rest } else { columns };
-        let inside = index - first + jitter_y + self.step[1] * points;
-        let inside = if inside >= points { inside - points } else { inside };
-        let y = (first + inside) * self.scale;
+        // A last row that is not full keeps its strips.
+        let [strips, part] = self.step[1];
+        let strips = if first + columns <= self.count as f32 { strips } else { 0.0 };
+        let strip = around(index - first + strips, columns) + around(jitter_y + part, 1.0);
+        let y = (first + strip) * self.scale;
         // Rounding can reach 1.
         let last = 1.0_f32.next_down();
         (if x > last { last } else { x }, if y > last { last } else { y })
@@ -253,17 +259,23 @@ fn half_float(bits: u32) -> f32 {
     (bits as f32 + 0.5) * (1.0 / 65_536.0)
 }
 
-/// Point `sample` of Sobol's sequence in two dimensions.
+/// `value`, which is below twice the `end`, without it.
+#[inline(always)]
+fn around(value: f32, end: f32) -> f32 {
+    if value >= end { value - end } else { value }
+}
+
+/// Point `index` of Sobol's sequence in two dimensions.
 #[inline]
-fn step(sample: u32) -> [f32; 2] {
-    let (mut rest, mut direction, mut second) = (sample, 1_u32 << 31, 0);
+fn sobol(index: u32) -> [f32; 2] {
+    let (mut rest, mut direction, mut second) = (index, 1_u32 << 31, 0);
     while rest != 0 {
         second ^= if rest & 1 != 0 { direction } else { 0 };
         direction ^= direction >> 1;
         rest >>= 1;
     }
     let unit = |bits: u32| (bits >> 8) as f32 * (1.0 / 16_777_216.0);
-    [unit(sample.reverse_bits()), unit(second)]
+    [unit(index.reverse_bits()), unit(second)]
 }
 
 /// Writes 0, 1, 2, .. in an order that `key` fixes (Fisher and Yates).
@@ -300,8 +312,9 @@ mod tests {
 
     #[test]
     fn every_count_is_stratified_along_both_axes() {
-        for count in (1..=70).chain([97, 256, 1000, 4096, 65535, 65536]) {
-            let points = set(count, 7);
+        let counts = (1..=70).chain([97, 256, 1000, 4096, 65535, 65536]);
+        for (count, sample) in counts.flat_map(|count| [(count, 0), (count, count % 19)]) {
+            let points = sample_set(sample, count, 7);
             let mut strip = vec![false; count as usize];
             let columns = count.isqrt() as usize;
             let cells = columns * (count as usize).div_ceil(columns);
@@ -344,10 +357,7 @@ mod tests {
                 }
                 assert_eq!(own, [1; 16], "sample {sample}");
             }
-            // Points move by sixteenths of a cell, which is no whole number of jitters: a few cells of
-            // 256 take two of the points. Independent sets leave 94 cells empty.
-            let empty = cell.iter().filter(|&&points| points == 0).count();
-            assert!(empty < 85, "{empty} cells are empty");
+            assert_eq!(cell, [1; 256]);
         }
     }
 
