@@ -15,7 +15,7 @@ use crate::render::frame::{Cancelled, Frame};
 use crate::render::shade::ShadingPoints;
 use crate::render::stats::{Lap, RenderStats};
 use crate::scene::{LightShape, normalized_or};
-use crate::shading::sampling::{StratifiedSet, light_dimension};
+use crate::shading::sampling::{SampleKey, StratifiedSet, light_dimension};
 use crate::shading::{phong, phong_lanes};
 use crate::simd::{F32x16, LaneMask, Lanes, each};
 
@@ -36,6 +36,8 @@ struct PathSets<'a> {
     path: &'a [u32],
     dimension: u64,
     count: u32,
+    /// Any set of so many points.
+    set: StratifiedSet,
 }
 
 impl LightSamples for PathSets<'_> {
@@ -49,7 +51,7 @@ impl LightSamples for PathSets<'_> {
 
     fn place(&self, point: usize, u: &mut [f32], v: &mut [f32]) {
         let key = self.paths.key(self.path[point]).dimension(self.dimension);
-        StratifiedSet::new(key, self.count).fill(0, u, v);
+        self.set.named(key).fill(0, u, v);
     }
 }
 
@@ -94,7 +96,8 @@ impl<'b> ShadowBatch<'b> {
         let len = self.len;
         let path = &self.path[..len];
         let dimension = light_dimension(bounce, index, lights.len());
-        let samples = PathSets { paths, path, dimension, count };
+        let set = StratifiedSet::new(SampleKey::new(0, 0, 0, 0), count);
+        let samples = PathSets { paths, path, dimension, count, set };
         let [x, y, z] = self.position.each_ref().map(|part| &part[..len]);
         let [nx, ny, nz] = self.normal.each_ref().map(|part| &part[..len]);
         let asked = Points::new(x, y, z)
