@@ -11,6 +11,9 @@
 //! tracing should take less than a fifth: camera rays, shading, sums, placing samples (which the shadow
 //! phase does; measured apart, as if every point asked for its samples), and the file.
 
+// Output for people is what a bench is for.
+#![allow(clippy::print_stdout)]
+
 use std::time::Instant;
 
 use criterion::{Criterion, Throughput, criterion_group};

@@ -132,10 +132,10 @@ impl<'b> ShadowBatch<'b> {
         // Colours are not negative.
         let any = Lanes::gt(color[0] + color[1] + color[2], zero);
         let mask = any.bits() & points.mask;
-        for axis in 0..3 {
+        for (axis, color) in color.into_iter().enumerate() {
             pack(&points.origin[axis].to_array(), mask, self.position[axis], self.len);
             pack(&points.geometric_normal[axis].to_array(), mask, self.normal[axis], self.len);
-            let gain = color[axis] * points.weight;
+            let gain = color * points.weight;
             pack(&gain.to_array(), mask, self.gain[axis], self.len);
         }
         pack(&points.path, mask, self.path, self.len);

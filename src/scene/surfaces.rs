@@ -270,17 +270,15 @@ fn retest_error<const CORNERS: usize>(position: &Vectors, corners: &[Vectors; CO
 #[inline(always)]
 fn across(a: &Vectors, b: &Vectors) -> Vectors {
     let (a, b) = (arrays(a), arrays(b));
-    let mut normal = [[0.0; LANES]; 3];
+    let [mut x, mut y, mut z] = [[0.0; LANES]; 3];
     for lane in 0..LANES {
         let (a, b) = (doubles(&a, lane), doubles(&b, lane));
         let cross =
             [a[1] * b[2] - b[1] * a[2], a[2] * b[0] - b[2] * a[0], a[0] * b[1] - b[0] * a[1]];
         let unit = unit_or(cross, [0.0, 0.0, 1.0]);
-        for axis in 0..3 {
-            normal[axis][lane] = unit[axis] as f32;
-        }
+        (x[lane], y[lane], z[lane]) = (unit[0] as f32, unit[1] as f32, unit[2] as f32);
     }
-    each(|axis| F32x16::new(normal[axis]))
+    [F32x16::new(x), F32x16::new(y), F32x16::new(z)]
 }
 
 #[inline(always)]

@@ -328,7 +328,7 @@ fn shuffle(order: &mut [f32], key: u64) {
 fn four(key: u64) -> [f32; 4] {
     // 24 of 2^32: no order is likelier than another by more than 6e-9.
     let random = mix_short(key as u32 ^ mix_short((key >> 32) as u32));
-    ORDERS_OF_FOUR[(u64::from(random) * 24 >> 32) as usize % 24]
+    ORDERS_OF_FOUR[((u64::from(random) * 24) >> 32) as usize % 24]
 }
 
 /// All orders of 0, 1, 2, 3.
