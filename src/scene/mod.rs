@@ -11,6 +11,7 @@ mod settings;
 mod source;
 mod surface;
 mod surfaces;
+mod vectors;
 mod visibility;
 
 pub use builder::{Dropped, Scene, SceneBuilder};
@@ -24,4 +25,5 @@ pub use settings::{
     MAX_BOUNCES, MAX_PIXELS, MAX_SAMPLES, MAX_SIDE, Settings, SettingsError, Shading,
 };
 pub use surface::Surface;
-pub(crate) use surfaces::{HitLanes, LANES, SurfaceLanes, Vectors, dot, normalized_or};
+pub(crate) use surfaces::{HitLanes, SurfaceLanes};
+pub(crate) use vectors::{LANES, Vectors, dot, normalized_or};

@@ -4,6 +4,7 @@
 //! shades by [`phong`], its tiles by the same formula for sixteen points at once. Both take their
 //! samples from [`sampling`].
 
+mod orders;
 pub mod phong;
 pub(crate) mod phong_lanes;
 pub mod sampling;
