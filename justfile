@@ -40,6 +40,11 @@ gallery:
     for scene in scenes/*.toml; do \
         target/release/octray render "$scene" -o "docs/gallery/$(basename "$scene" .toml).png"; \
     done
+    for samples in 4 16 64 256; do \
+        target/release/octray render scenes/penumbra.toml --shadow-samples $samples \
+            -o docs/gallery/penumbra-$samples.png; \
+    done
+    rm docs/gallery/penumbra.png
     @test -z "$(find docs/gallery -size +300k)" || { echo "larger than 300 kB:"; find docs/gallery -size +300k; exit 1; }
 
 # The tests on made-up input with many times as many rounds as usual. At 100: 1.4e9 rays against the

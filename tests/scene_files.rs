@@ -614,6 +614,7 @@ fn all_scenes_load_and_show_something() {
             "cornell-soft-shadows",
             "mesh",
             "mirror-sphere",
+            "penumbra",
             "quad",
             "sphere"
         ]

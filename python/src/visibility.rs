@@ -167,7 +167,7 @@ impl LightSamples for From<'_> {
         match self.samples {
             Placed::Sets(count, seed) => {
                 let key = SampleKey::new(point as u32, (point >> 32) as u32, 0, seed);
-                StratifiedSet::new(key, count).fill(u, v);
+                StratifiedSet::new(key, count).fill(0, u, v);
             }
             Placed::Each(values, count) => {
                 let first = 2 * point * count;

@@ -1,104 +1,132 @@
-//! Rays and hits in SoA arrays that live in a tile's arena.
+//! Rays, hits and packed values in SoA arrays that live in a tile's arena.
 //!
-//! The arrays are made with room for all that will come, so none grows and leaves its old memory
-//! behind in the arena.
+//! All arrays have places for whole registers of sixteen lanes: what lies past the end means nothing.
 
 use bumpalo::Bump;
-use bumpalo::collections::Vec as ArenaVec;
 
-use crate::hit::{Hit, Hits};
-use crate::ray::{Ray, Rays};
+use crate::hit::{Hit, Hits, NO_HIT};
+use crate::ray::Rays;
+use crate::scene::{LANES, Vectors};
+use crate::simd::{F32x16, Lanes, each};
 
-/// Rays in an arena.
+/// An array of copies of `value` with places for `capacity` values.
+pub(super) fn array<T: Copy>(capacity: usize, value: T, arena: &Bump) -> &mut [T] {
+    arena.alloc_slice_fill_copy(capacity.next_multiple_of(LANES), value)
+}
+
+/// Writes the values of the lanes in `mask` side by side to `to`, from place `at`.
+#[inline(always)]
+pub(super) fn pack<T: Copy>(from: &[T; LANES], mask: u32, to: &mut [T], at: usize) {
+    if mask == 0xffff {
+        to[at..at + LANES].copy_from_slice(from);
+        return;
+    }
+    let (mut rest, mut at) = (mask, at);
+    while rest != 0 {
+        to[at] = from[rest.trailing_zeros() as usize % LANES];
+        at += 1;
+        rest &= rest - 1;
+    }
+}
+
+/// The rays of a round, each with its path and its weight.
 pub(super) struct ArenaRays<'b> {
-    origin_x: ArenaVec<'b, f32>,
-    origin_y: ArenaVec<'b, f32>,
-    origin_z: ArenaVec<'b, f32>,
-    dir_x: ArenaVec<'b, f32>,
-    dir_y: ArenaVec<'b, f32>,
-    dir_z: ArenaVec<'b, f32>,
-    t_min: ArenaVec<'b, f32>,
-    t_max: ArenaVec<'b, f32>,
+    len: usize,
+    /// Origin, then direction.
+    parts: [&'b mut [f32]; 6],
+    t_min: &'b [f32],
+    t_max: &'b [f32],
+    /// The camera ray that it follows from.
+    path: &'b mut [u32],
+    /// What its colour counts for in the path's.
+    weight: &'b mut [f32],
 }
 
 impl<'b> ArenaRays<'b> {
     pub(super) fn with_capacity_in(capacity: usize, arena: &'b Bump) -> Self {
-        let array = || ArenaVec::with_capacity_in(capacity, arena);
         Self {
-            origin_x: array(),
-            origin_y: array(),
-            origin_z: array(),
-            dir_x: array(),
-            dir_y: array(),
-            dir_z: array(),
-            t_min: array(),
-            t_max: array(),
+            len: 0,
+            parts: std::array::from_fn(|_| array(capacity, 0.0, arena)),
+            t_min: array(capacity, 0.0, arena),
+            t_max: array(capacity, f32::INFINITY, arena),
+            path: array(capacity, 0, arena),
+            weight: array(capacity, 0.0, arena),
         }
     }
 
     pub(super) fn len(&self) -> usize {
-        self.origin_x.len()
+        self.len
     }
 
     pub(super) fn clear(&mut self) {
-        self.origin_x.clear();
-        self.origin_y.clear();
-        self.origin_z.clear();
-        self.dir_x.clear();
-        self.dir_y.clear();
-        self.dir_z.clear();
-        self.t_min.clear();
-        self.t_max.clear();
+        self.len = 0;
     }
 
-    pub(super) fn push(&mut self, ray: &Ray) {
-        self.origin_x.push(ray.origin.x);
-        self.origin_y.push(ray.origin.y);
-        self.origin_z.push(ray.origin.z);
-        self.dir_x.push(ray.dir.x);
-        self.dir_y.push(ray.dir.y);
-        self.dir_z.push(ray.dir.z);
-        self.t_min.push(ray.t_min);
-        self.t_max.push(ray.t_max);
+    /// Appends the rays of the lanes in `mask`.
+    #[inline(always)]
+    pub(super) fn push(
+        &mut self,
+        (origin, dir): (&Vectors, &Vectors),
+        (path, weight): (&[u32; LANES], F32x16),
+        mask: u32,
+    ) {
+        for axis in 0..3 {
+            pack(&origin[axis].to_array(), mask, self.parts[axis], self.len);
+            pack(&dir[axis].to_array(), mask, self.parts[3 + axis], self.len);
+        }
+        pack(path, mask, self.path, self.len);
+        pack(&weight.to_array(), mask, self.weight, self.len);
+        self.len += mask.count_ones() as usize;
+    }
+
+    /// The lanes from `start` that hold rays, one bit each.
+    #[inline(always)]
+    pub(super) fn lanes(&self, start: usize) -> u32 {
+        (1 << (self.len - start).min(LANES)) - 1
+    }
+
+    #[inline(always)]
+    pub(super) fn origins(&self, start: usize) -> Vectors {
+        each(|axis| F32x16::load(&self.parts[axis][start..]))
+    }
+
+    #[inline(always)]
+    pub(super) fn dirs(&self, start: usize) -> Vectors {
+        each(|axis| F32x16::load(&self.parts[3 + axis][start..]))
+    }
+
+    #[inline(always)]
+    pub(super) fn paths(&self, start: usize) -> &[u32; LANES] {
+        sixteen(self.path, start)
+    }
+
+    #[inline(always)]
+    pub(super) fn weights(&self, start: usize) -> F32x16 {
+        F32x16::load(&self.weight[start..])
     }
 
     pub(super) fn as_rays(&self) -> Rays<'_> {
-        Rays {
-            origin_x: &self.origin_x,
-            origin_y: &self.origin_y,
-            origin_z: &self.origin_z,
-            dir_x: &self.dir_x,
-            dir_y: &self.dir_y,
-            dir_z: &self.dir_z,
-            t_min: &self.t_min,
-            t_max: &self.t_max,
-        }
+        let [origin_x, origin_y, origin_z, dir_x, dir_y, dir_z] =
+            self.parts.each_ref().map(|part| &part[..self.len]);
+        let (t_min, t_max) = (&self.t_min[..self.len], &self.t_max[..self.len]);
+        Rays { origin_x, origin_y, origin_z, dir_x, dir_y, dir_z, t_min, t_max }
     }
 }
 
 /// Hits in an arena.
 pub(super) struct ArenaHits<'b> {
-    t: ArenaVec<'b, f32>,
-    u: ArenaVec<'b, f32>,
-    v: ArenaVec<'b, f32>,
-    prim_id: ArenaVec<'b, u32>,
-    geom_id: ArenaVec<'b, u32>,
+    t: &'b mut [f32],
+    u: &'b mut [f32],
+    v: &'b mut [f32],
+    prim_id: &'b mut [u32],
+    geom_id: &'b mut [u32],
 }
 
 impl<'b> ArenaHits<'b> {
     pub(super) fn with_capacity_in(capacity: usize, arena: &'b Bump) -> Self {
-        let floats = || ArenaVec::with_capacity_in(capacity, arena);
-        let ids = || ArenaVec::with_capacity_in(capacity, arena);
+        let floats = || array(capacity, 0.0, arena);
+        let ids = || array(capacity, NO_HIT, arena);
         Self { t: floats(), u: floats(), v: floats(), prim_id: ids(), geom_id: ids() }
-    }
-
-    /// Makes it `len` hits long; what they hold is for a query to write.
-    pub(super) fn resize(&mut self, len: usize) {
-        self.t.resize(len, Hit::MISS.t);
-        self.u.resize(len, Hit::MISS.u);
-        self.v.resize(len, Hit::MISS.v);
-        self.prim_id.resize(len, Hit::MISS.prim_id);
-        self.geom_id.resize(len, Hit::MISS.geom_id);
     }
 
     pub(super) fn get(&self, index: usize) -> Hit {
@@ -111,13 +139,35 @@ impl<'b> ArenaHits<'b> {
         }
     }
 
-    pub(super) fn as_hits(&mut self) -> Hits<'_> {
+    /// `t`, `u` and `v` of sixteen hits.
+    #[inline(always)]
+    pub(super) fn places(&self, start: usize) -> [F32x16; 3] {
+        [&*self.t, &*self.u, &*self.v].map(|array| F32x16::load(&array[start..]))
+    }
+
+    #[inline(always)]
+    pub(super) fn prim_ids(&self, start: usize) -> &[u32; LANES] {
+        sixteen(self.prim_id, start)
+    }
+
+    #[inline(always)]
+    pub(super) fn geom_ids(&self, start: usize) -> &[u32; LANES] {
+        sixteen(self.geom_id, start)
+    }
+
+    /// The first `len` hits, for a query to write.
+    pub(super) fn as_hits(&mut self, len: usize) -> Hits<'_> {
         Hits {
-            t: &mut self.t,
-            u: &mut self.u,
-            v: &mut self.v,
-            prim_id: &mut self.prim_id,
-            geom_id: &mut self.geom_id,
+            t: &mut self.t[..len],
+            u: &mut self.u[..len],
+            v: &mut self.v[..len],
+            prim_id: &mut self.prim_id[..len],
+            geom_id: &mut self.geom_id[..len],
         }
     }
+}
+
+#[inline(always)]
+fn sixteen(array: &[u32], start: usize) -> &[u32; LANES] {
+    array[start..start + LANES].try_into().expect("whole registers")
 }

@@ -24,9 +24,8 @@ pub(super) fn encode(image: &Image, format: PictureFormat) -> Result<Vec<u8>, St
                 .write_to(&mut bytes, format.image_format())
         }
         _ => {
-            let values = image.pixels.par_iter().flat_map_iter(|&pixel| eight_bits(image, pixel));
             let buffer: Option<ImageBuffer<Rgb<u8>, _>> =
-                ImageBuffer::from_raw(width, height, values.collect());
+                ImageBuffer::from_raw(width, height, eight_bits(image));
             let picture = DynamicImage::ImageRgb8(buffer.ok_or_else(broken)?);
             if format == PictureFormat::Jpeg {
                 picture.write_with_encoder(JpegEncoder::new_with_quality(&mut bytes, 92))
@@ -53,23 +52,89 @@ fn hdr_value(image: &Image, pixel: [f32; 3]) -> [f32; 3] {
     value.map(|value| if value > 1.0e-37 { value.min(1.0e38) } else { 0.0 })
 }
 
-fn eight_bits(image: &Image, pixel: [f32; 3]) -> [u8; 3] {
-    let value = match image.aov {
-        Aov::Color => pixel.map(srgb),
-        Aov::Normal => pixel.map(|n| n * 0.5 + 0.5),
+/// All values in 8 bits, one after the other.
+fn eight_bits(image: &Image) -> Vec<u8> {
+    /// Pixels that are worth a task.
+    const TASK: usize = 4096;
+    let codes = SrgbCodes::new();
+    let of_pixel = |pixel: [f32; 3]| match image.aov {
+        Aov::Color => pixel.map(|value| codes.of(value)),
+        Aov::Normal => pixel.map(|n| eighth(n * 0.5 + 0.5)),
         Aov::Depth => {
             let [near, far] = image.depth_range;
-            pixel.map(|depth| (far - depth) / (far - near).max(f32::MIN_POSITIVE))
+            pixel.map(|depth| eighth((far - depth) / (far - near).max(f32::MIN_POSITIVE)))
         }
-        Aov::Prim => prim_color(pixel),
+        Aov::Prim => prim_color(pixel).map(eighth),
     };
-    // NaN becomes 0.
-    value.map(|value| (value.clamp(0.0, 1.0) * 255.0 + 0.5) as u8)
+    let mut bytes = vec![0; 3 * image.pixels.len()];
+    let tasks = bytes.par_chunks_mut(3 * TASK).zip(image.pixels.par_chunks(TASK));
+    tasks.for_each(|(bytes, pixels)| {
+        for (bytes, &pixel) in bytes.as_chunks_mut().0.iter_mut().zip(pixels) {
+            *bytes = of_pixel(pixel);
+        }
+    });
+    bytes
+}
+
+/// A value from 0 to 1 in 8 bits. NaN becomes 0.
+fn eighth(value: f32) -> u8 {
+    (value.clamp(0.0, 1.0) * 255.0 + 0.5) as u8
 }
 
 /// The sRGB curve: from linear to encoded, both 0 to 1.
 fn srgb(linear: f32) -> f32 {
     if linear <= 0.003_130_8 { 12.92 * linear } else { 1.055 * linear.powf(1.0 / 2.4) - 0.055 }
+}
+
+/// The curve as a table, with the same codes: a power for each value took longer than all else that
+/// is done for a pixel's file.
+struct SrgbCodes {
+    /// The smallest value of each code, and one that no value reaches.
+    smallest: [f32; 257],
+    /// The code of the smallest value of each step, see [`SrgbCodes::step`].
+    of_step: Vec<u8>,
+}
+
+impl SrgbCodes {
+    /// 2^-13, which is code 0.
+    const FIRST: u32 = 0x3900_0000;
+    /// 256 steps an octave: in none are there more than two codes.
+    const SHIFT: u32 = 15;
+
+    fn new() -> Self {
+        let mut smallest = [f32::INFINITY; 257];
+        smallest[0] = 0.0;
+        for (code, smallest) in (1..).zip(&mut smallest[1..256]) {
+            // The bits of positive floats are in their order.
+            let (mut below, mut at) = (Self::FIRST, 1.0_f32.to_bits());
+            while at - below > 1 {
+                let middle = below + (at - below) / 2;
+                let reaches = eighth(srgb(f32::from_bits(middle))) >= code;
+                (below, at) = if reaches { (below, middle) } else { (middle, at) };
+            }
+            *smallest = f32::from_bits(at);
+        }
+        let steps = Self::step(1.0) as u32 + 1;
+        let of_step = (0..steps).map(|step| {
+            let first = f32::from_bits(Self::FIRST + (step << Self::SHIFT));
+            smallest[1..].iter().take_while(|&&smallest| smallest <= first).count() as u8
+        });
+        Self { of_step: of_step.collect(), smallest }
+    }
+
+    /// Where in the table a value from 2^-13 to 1 is.
+    fn step(value: f32) -> usize {
+        ((value.to_bits() - Self::FIRST) >> Self::SHIFT) as usize
+    }
+
+    /// The code of a linear value; 0 for NaN.
+    #[inline]
+    fn of(&self, linear: f32) -> u8 {
+        // Of NaN, `max` gives the other.
+        let value = linear.max(f32::from_bits(Self::FIRST)).min(1.0);
+        let code = self.of_step[Self::step(value)];
+        code + u8::from(value >= self.smallest[usize::from(code) + 1])
+    }
 }
 
 /// A bright colour that differs between neighbouring ids; black for a miss.
@@ -93,7 +158,7 @@ mod tests {
     fn the_curve_is_srgb() {
         let pixel = |value| {
             let image = Image::new(1, 1, Aov::Color).unwrap();
-            eight_bits(&image, [value; 3])[0]
+            eight_bits(&Image { pixels: vec![[value; 3]], ..image })[0]
         };
         // 0.2140411 is the middle grey 128 of sRGB; 0.0030353 is 10 by the straight part.
         for (linear, encoded) in [
@@ -107,6 +172,20 @@ mod tests {
             (f32::INFINITY, 255),
         ] {
             assert_eq!(pixel(linear), encoded, "{linear}");
+        }
+    }
+
+    #[test]
+    fn the_table_is_the_curve() {
+        let codes = SrgbCodes::new();
+        let small = (0..=1_000_000).map(|step| step as f32 * 1.1e-6);
+        let tiny = (0..10_000).map(|step| step as f32 * 1e-8);
+        let edges = (1..256).flat_map(|code| {
+            let at = codes.smallest[code];
+            [at.next_down(), at, at.next_up()]
+        });
+        for value in small.chain(tiny).chain(edges) {
+            assert_eq!(codes.of(value), eighth(srgb(value)), "{value}");
         }
     }
 }

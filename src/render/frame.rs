@@ -71,7 +71,7 @@ pub(super) struct Frame<'a> {
     /// The part to render, in full-picture pixels.
     pub(super) area: Crop,
     pub(super) ambient: Vec3,
-    view: View,
+    pub(super) view: View,
     cancel: Option<&'a AtomicBool>,
 }
 

@@ -2,8 +2,9 @@
 //!
 //! A worker renders one tile of 32 x 32 pixels at a time in an arena of its own that it resets for
 //! each. Inside, a tile is a small wavefront (`tile`, `wave`): up to 1,024 camera rays as one SoA
-//! batch, the surfaces that they hit, shadow rays towards each light in batches (`shadows`), and
-//! the mirror rays packed together for the next round, until none is left.
+//! batch (`camera`), the surfaces that they hit, sixteen side by side (`shade`), which part of each
+//! light they see (`shadows`), and the mirror rays packed together for the next round, until none is
+//! left.
 //!
 //! A picture is a function of (scene, camera, settings) alone: neither threads, nor the order of
 //! tiles, nor a crop can change a bit of it. [`reference`](mod@reference) makes the same picture by
@@ -11,6 +12,7 @@
 //! into files.
 
 mod arena;
+mod camera;
 mod encode;
 mod error;
 mod frame;
@@ -18,6 +20,7 @@ mod image;
 mod output;
 pub mod reference;
 mod renderer;
+mod shade;
 mod shadows;
 mod stats;
 mod tile;

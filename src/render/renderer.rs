@@ -148,17 +148,17 @@ impl<'a> Renderer<'a> {
                     break;
                 }
                 let mut stats = RenderStats::default();
-                let Ok(pixels) = render_tile(frame, index, &arena, &mut stats) else {
+                let Ok(tile) = render_tile(frame, index, &arena, &mut stats) else {
                     break;
                 };
                 let mut lap = Lap::start();
                 let row = index / across;
                 let mut band = bands[row as usize].lock().unwrap_or_else(PoisonError::into_inner);
-                for pixel in &pixels {
-                    let (x, y) = (pixel.x - area.x0, pixel.y - area.y0 - row * TILE_SIDE);
-                    band[y as usize * width + x as usize] = pixel.color.to_array();
+                for (&[x, y], color) in tile.places.iter().zip(&tile.colors) {
+                    let (x, y) = (x - area.x0, y - area.y0 - row * TILE_SIDE);
+                    band[y as usize * width + x as usize] = color.to_array();
                 }
-                drop((band, pixels));
+                drop((band, tile));
                 stats.phases.film += lap.seconds();
                 arena.reset();
 

@@ -5,50 +5,53 @@
 //! the surface count as unseen. A point's samples are placed only if the query asks for them.
 
 use bumpalo::Bump;
-use bumpalo::collections::Vec as ArenaVec;
 use glam::Vec3;
 
 use crate::error::ShapeError;
 use crate::points::{LightSamples, Points};
+use crate::render::arena::{array, pack};
+use crate::render::camera::Paths;
 use crate::render::frame::{Cancelled, Frame};
+use crate::render::shade::ShadingPoints;
 use crate::render::stats::{Lap, RenderStats};
-use crate::render::wave::{Paths, ShadingPoint};
-use crate::scene::LightShape;
-use crate::shading::phong;
+use crate::scene::{LightShape, normalized_or};
 use crate::shading::sampling::{SampleKey, StratifiedSet, light_dimension};
+use crate::shading::{phong, phong_lanes};
+use crate::simd::{F32x16, LaneMask, Lanes, each};
 
 /// The points that look at a light, in SoA arrays.
 pub(super) struct ShadowBatch<'b> {
-    position: [ArenaVec<'b, f32>; 3],
-    normal: [ArenaVec<'b, f32>; 3],
-    keys: ArenaVec<'b, SampleKey>,
-    gains: ArenaVec<'b, Gain>,
-    fraction: ArenaVec<'b, f32>,
+    len: usize,
+    path: &'b mut [u32],
+    position: [&'b mut [f32]; 3],
+    normal: [&'b mut [f32]; 3],
+    /// What the path gains if its point sees the whole light.
+    gain: [&'b mut [f32]; 3],
+    fraction: &'b mut [f32],
 }
 
-/// What a path gains if its point sees the whole light.
-struct Gain {
-    path: u32,
-    color: Vec3,
-}
-
-/// The stratified sets that keys name.
-struct KeyedSets<'a> {
-    keys: &'a [SampleKey],
+/// The stratified sets of the points' paths.
+struct PathSets<'a> {
+    paths: &'a Paths<'a>,
+    path: &'a [u32],
+    dimension: u64,
     count: u32,
+    /// Any set of so many points.
+    set: StratifiedSet,
 }
 
-impl LightSamples for KeyedSets<'_> {
+impl LightSamples for PathSets<'_> {
     fn per_point(&self) -> usize {
         self.count as usize
     }
 
     fn check(&self, points: usize) -> Result<(), ShapeError> {
-        ShapeError::check("keys", self.keys.len(), "points", points)
+        ShapeError::check("paths", self.path.len(), "points", points)
     }
 
     fn place(&self, point: usize, u: &mut [f32], v: &mut [f32]) {
-        StratifiedSet::new(self.keys[point], self.count).fill(u, v);
+        let key = self.paths.key(self.path[point]).dimension(self.dimension);
+        self.set.named(key).fill(0, u, v);
     }
 }
 
@@ -56,20 +59,15 @@ impl<'b> ShadowBatch<'b> {
     /// For up to `points` points at once.
     pub(super) fn new_in(frame: &Frame<'_>, points: usize, arena: &'b Bump) -> Self {
         let capacity = if frame.scene.lights().is_empty() { 0 } else { points };
-        let floats = || ArenaVec::with_capacity_in(capacity, arena);
+        let floats = || array(capacity, 0.0, arena);
         Self {
+            len: 0,
+            path: array(capacity, 0, arena),
             position: [floats(), floats(), floats()],
             normal: [floats(), floats(), floats()],
-            keys: ArenaVec::with_capacity_in(capacity, arena),
-            gains: ArenaVec::with_capacity_in(capacity, arena),
+            gain: [floats(), floats(), floats()],
             fraction: floats(),
         }
-    }
-
-    fn clear(&mut self) {
-        self.position.iter_mut().chain(&mut self.normal).for_each(|part| part.clear());
-        self.keys.clear();
-        self.gains.clear();
     }
 
     /// Adds the light number `of.1`, seen after `of.0` bounces, to the colours of the points'
@@ -78,54 +76,69 @@ impl<'b> ShadowBatch<'b> {
         &mut self,
         frame: &Frame<'_>,
         of: (u32, usize),
-        points: &[ShadingPoint],
-        paths: &mut Paths<'_>,
+        points: &[ShadingPoints],
+        (paths, colors): (&Paths<'_>, &mut [Vec3]),
         stats: &mut RenderStats,
     ) -> Result<(), Cancelled> {
         frame.check_cancelled()?;
         let (bounce, index) = of;
         let lights = frame.scene.lights();
         let light = &lights[index];
-        let center = phong::light_center(&light.shape);
-        let dimension = light_dimension(bounce, index, lights.len());
         let mut lap = Lap::start();
-        self.clear();
-        for point in points {
-            let material = &frame.scene.materials()[point.material as usize];
-            let to_light = (center - point.position).normalize_or_zero();
-            let color = phong::reflected(light, material, point.normal, to_light, point.to_viewer);
-            if color == Vec3::ZERO {
-                continue;
-            }
-            for axis in 0..3 {
-                self.position[axis].push(point.origin[axis]);
-                self.normal[axis].push(point.geometric_normal[axis]);
-            }
-            self.keys.push(paths.key[point.path as usize].dimension(dimension));
-            self.gains.push(Gain { path: point.path, color: color * point.weight });
-        }
+        self.len = 0;
+        points.iter().for_each(|points| self.push(frame, index, points));
         stats.phases.shade += lap.seconds();
 
         let count = match light.shape {
             LightShape::Point(_) => 1,
             LightShape::Quad { .. } => frame.settings.shadow_samples,
         };
-        let samples = KeyedSets { keys: &self.keys, count };
-        self.fraction.resize(self.gains.len(), 0.0);
-        let ([x, y, z], [nx, ny, nz]) = (&self.position, &self.normal);
+        let len = self.len;
+        let path = &self.path[..len];
+        let dimension = light_dimension(bounce, index, lights.len());
+        let set = StratifiedSet::new(SampleKey::new(0, 0, 0, 0), count);
+        let samples = PathSets { paths, path, dimension, count, set };
+        let [x, y, z] = self.position.each_ref().map(|part| &part[..len]);
+        let [nx, ny, nz] = self.normal.each_ref().map(|part| &part[..len]);
         let asked = Points::new(x, y, z)
             .and_then(|points| points.with_normals(nx, ny, nz))
             .and_then(|points| {
-                frame.scene.visibility(&points, &light.shape, &samples, &mut self.fraction)
+                let fraction = &mut self.fraction[..len];
+                frame.scene.visibility(&points, &light.shape, &samples, fraction)
             });
         debug_assert!(asked.is_ok(), "all arrays have an entry a point");
         stats.phases.shadow += lap.seconds();
-        stats.shadow_rays += self.gains.len() as u64 * u64::from(count);
+        stats.shadow_rays += len as u64 * u64::from(count);
 
-        for (gain, &fraction) in self.gains.iter().zip(&self.fraction) {
-            paths.color[gain.path as usize] += gain.color * fraction;
+        let [r, g, b] = self.gain.each_ref().map(|part| &part[..len]);
+        for (point, &fraction) in self.fraction[..len].iter().enumerate() {
+            colors[path[point] as usize] += Vec3::new(r[point], g[point], b[point]) * fraction;
         }
         stats.phases.shade += lap.seconds();
         Ok(())
+    }
+
+    /// Adds those of sixteen points that a light gives something.
+    #[inline(always)]
+    fn push(&mut self, frame: &Frame<'_>, light: usize, points: &ShadingPoints) {
+        let light = &frame.scene.lights()[light];
+        let center = phong::light_center(&light.shape);
+        let zero = F32x16::splat(0.0);
+        let to_light = each(|axis| F32x16::splat(center[axis]) - points.position[axis]);
+        let to_light = normalized_or(&to_light, &[zero; 3]);
+        let materials = (frame.scene.materials(), &points.material);
+        let (normal, to_viewer) = (&points.normal, &points.to_viewer);
+        let color = phong_lanes::reflected(light, materials, normal, &to_light, to_viewer);
+        // Colours are not negative.
+        let any = Lanes::gt(color[0] + color[1] + color[2], zero);
+        let mask = any.bits() & points.mask;
+        for (axis, color) in color.into_iter().enumerate() {
+            pack(&points.origin[axis].to_array(), mask, self.position[axis], self.len);
+            pack(&points.geometric_normal[axis].to_array(), mask, self.normal[axis], self.len);
+            let gain = color * points.weight;
+            pack(&gain.to_array(), mask, self.gain[axis], self.len);
+        }
+        pack(&points.path, mask, self.path, self.len);
+        self.len += mask.count_ones() as usize;
     }
 }

@@ -8,22 +8,21 @@ use bumpalo::Bump;
 use bumpalo::collections::Vec as ArenaVec;
 use glam::Vec3;
 
+use crate::render::camera::{Paths, Place};
 use crate::render::frame::{Cancelled, Crop, Frame};
 use crate::render::stats::{Lap, RenderStats};
 use crate::render::wave::{WAVE_RAYS, Wave};
-use crate::shading::sampling::{PixelSamples, SampleKey};
 
 /// Pixels along the side of a tile.
 pub(super) const TILE_SIDE: u32 = 32;
 
-/// One pixel of a tile.
-#[derive(Clone, Copy)]
-pub(super) struct Pixel {
-    /// Column and row in the full picture.
-    pub(super) x: u32,
-    pub(super) y: u32,
-    /// The sum of its samples; at the end their mean.
-    pub(super) color: Vec3,
+/// The pixels of a whole tile, column and row, along Morton's curve.
+const CURVE: [[u8; 2]; (TILE_SIDE * TILE_SIDE) as usize] = curve();
+
+/// The finished pixels of a tile, in no order that matters.
+pub(super) struct TilePixels<'b> {
+    pub(super) places: ArenaVec<'b, Place>,
+    pub(super) colors: ArenaVec<'b, Vec3>,
 }
 
 /// The number of tiles across and down.
@@ -39,56 +38,70 @@ fn tile_area(area: &Crop, index: u32) -> Crop {
     Crop { x0, y0, x1: area.x1.min(x0 + TILE_SIDE), y1: area.y1.min(y0 + TILE_SIDE) }
 }
 
-/// Renders tile `index` in `arena` and returns its pixels, in no order that matters.
+/// Renders tile `index` in `arena`.
 pub(super) fn render_tile<'b>(
     frame: &Frame<'_>,
     index: u32,
     arena: &'b Bump,
     stats: &mut RenderStats,
-) -> Result<ArenaVec<'b, Pixel>, Cancelled> {
+) -> Result<TilePixels<'b>, Cancelled> {
+    let mut lap = Lap::start();
     let area = tile_area(&frame.area, index);
-    let mut pixels = ArenaVec::with_capacity_in((area.width() * area.height()) as usize, arena);
-    pixels.extend(
-        (0..TILE_SIDE * TILE_SIDE)
-            .map(|code| (area.x0 + every_second_bit(code), area.y0 + every_second_bit(code >> 1)))
-            .filter(|&(x, y)| x < area.x1 && y < area.y1)
-            .map(|(x, y)| Pixel { x, y, color: Vec3::ZERO }),
-    );
-    let (spp, seed) = (frame.settings.spp as usize, frame.settings.seed);
-    let rays = pixels.len() * spp;
+    let count = (area.width() * area.height()) as usize;
+    let mut places = ArenaVec::with_capacity_in(count, arena);
+    let curve = CURVE.iter().map(|&[x, y]| [area.x0 + u32::from(x), area.y0 + u32::from(y)]);
+    if count == CURVE.len() {
+        places.extend(curve);
+    } else {
+        places.extend(curve.filter(|&[x, y]| x < area.x1 && y < area.y1));
+    }
+    let mut colors = ArenaVec::with_capacity_in(count, arena);
+    colors.resize(count, Vec3::ZERO);
+
+    let (spp, seed) = (frame.settings.spp, frame.settings.seed);
+    let rays = count * spp as usize;
     let mut wave = Wave::with_capacity_in(frame, rays.min(WAVE_RAYS), arena);
-    let mut positions = PixelSamples::new(0, 0, 1, 0);
-    let mut first = 0;
-    while first < rays {
-        let mut lap = Lap::start();
+    stats.phases.camera += lap.seconds();
+    let (mut pixel, mut sample) = (0, 0);
+    for first in (0..rays).step_by(WAVE_RAYS) {
         let last = rays.min(first + WAVE_RAYS);
-        wave.clear();
-        for ray in first..last {
-            let (Pixel { x, y, .. }, sample) = (pixels[ray / spp], (ray % spp) as u32);
-            if spp > 1 && (sample == 0 || ray == first) {
-                positions = PixelSamples::new(x, y, frame.settings.spp, seed);
-            }
-            let camera_ray = frame.camera_ray(x, y, positions.at(sample));
-            wave.push(&camera_ray, SampleKey::new(x, y, sample, seed));
-        }
-        stats.phases.camera += lap.seconds();
-        wave.trace(frame, stats)?;
+        let paths = Paths { places: &places, spp, seed, first, last };
+        let found = wave.trace(frame, &paths, stats)?;
         lap.seconds();
-        for (ray, &color) in (first..last).zip(wave.colors()) {
-            pixels[ray / spp].color += color;
+        for &color in found {
+            colors[pixel] += color;
+            sample += 1;
+            if sample == spp {
+                (pixel, sample) = (pixel + 1, 0);
+            }
         }
         stats.phases.film += lap.seconds();
-        first = last;
     }
-    for pixel in &mut pixels {
-        pixel.color /= spp as f32;
+    for color in &mut colors {
+        *color /= spp as f32;
     }
-    Ok(pixels)
+    stats.phases.film += lap.seconds();
+    Ok(TilePixels { places, colors })
+}
+
+const fn curve() -> [[u8; 2]; (TILE_SIDE * TILE_SIDE) as usize] {
+    let mut curve = [[0; 2]; (TILE_SIDE * TILE_SIDE) as usize];
+    let mut code = 0;
+    while code < curve.len() {
+        curve[code] = [every_second_bit(code), every_second_bit(code >> 1)];
+        code += 1;
+    }
+    curve
 }
 
 /// The bits 0, 2, 4, 6 and 8 of `code` side by side: a coordinate of Morton's curve.
-fn every_second_bit(code: u32) -> u32 {
-    (0..5).fold(0, |bits, bit| bits | (code >> (2 * bit) & 1) << bit)
+const fn every_second_bit(code: usize) -> u8 {
+    let (mut bits, mut bit) = (0, 0);
+    while bit < 5 {
+        bits |= (code >> (2 * bit) & 1) << bit;
+        bit += 1;
+    }
+    bits as u8
 }
 
 #[cfg(test)]
@@ -97,13 +110,11 @@ mod tests {
 
     #[test]
     fn sixteen_neighbours_are_a_block() {
-        for block in 0..64 {
-            let codes = 16 * block..16 * block + 16;
-            let at = |code| (every_second_bit(code), every_second_bit(code >> 1));
-            let (x, y) = at(codes.start);
+        for block in CURVE.chunks(16) {
+            let [x, y] = block[0];
             assert!(x % 4 == 0 && y % 4 == 0);
             let mut seen = [false; 16];
-            for (cx, cy) in codes.map(at) {
+            for [cx, cy] in block {
                 seen[((cx - x) + 4 * (cy - y)) as usize] = true;
             }
             assert_eq!(seen, [true; 16]);

@@ -3,6 +3,8 @@
 use glam::{Vec2, Vec3};
 use thiserror::Error;
 
+use crate::simd::{F32x16, each};
+
 /// A camera that no picture can be taken with.
 #[derive(Clone, Debug, Error, PartialEq)]
 #[error("{message}")]
@@ -108,5 +110,16 @@ impl View {
     /// corner and (1, 1) the lower right one.
     pub fn dir(&self, at: Vec2) -> Vec3 {
         self.forward + self.right * (2.0 * at.x - 1.0) + self.up * (1.0 - 2.0 * at.y)
+    }
+
+    /// [`View::dir`] of sixteen points, with the same bits.
+    #[inline(always)]
+    pub(crate) fn dirs(&self, across: F32x16, down: F32x16) -> [F32x16; 3] {
+        let (one, two) = (F32x16::splat(1.0), F32x16::splat(2.0));
+        let (across, down) = (two * across - one, one - two * down);
+        each(|axis| {
+            let part = |of: Vec3| F32x16::splat(of[axis]);
+            part(self.forward) + part(self.right) * across + part(self.up) * down
+        })
     }
 }

@@ -12,6 +12,8 @@ mod queries;
 mod settings;
 mod source;
 mod surface;
+mod surfaces;
+mod vectors;
 mod visibility;
 
 pub use builder::{Dropped, Scene, SceneBuilder};
@@ -25,3 +27,5 @@ pub use settings::{
     MAX_BOUNCES, MAX_PIXELS, MAX_SAMPLES, MAX_SIDE, Settings, SettingsError, Shading,
 };
 pub use surface::Surface;
+pub(crate) use surfaces::{HitLanes, SurfaceLanes};
+pub(crate) use vectors::{LANES, Vectors, dot, normalized_or};

@@ -51,7 +51,7 @@ impl Surface {
 }
 
 /// The bound of `operations` roundings in a row, as Higham writes it.
-fn gamma(operations: f32) -> f32 {
+pub(super) fn gamma(operations: f32) -> f32 {
     operations * UNIT_ROUNDOFF / (1.0 - operations * UNIT_ROUNDOFF)
 }
 
@@ -66,7 +66,7 @@ impl Scene {
         }
     }
 
-    fn primitive(&self, geom_id: u32, prim_id: u32) -> Option<Primitive> {
+    pub(super) fn primitive(&self, geom_id: u32, prim_id: u32) -> Option<Primitive> {
         let geometry = self.geometries.get(geom_id as usize)?;
         if prim_id >= geometry.count {
             return None;

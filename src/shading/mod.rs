@@ -1,7 +1,10 @@
 //! What a point looks like under light: the Phong formula, and where its samples lie.
 //!
-//! Plain functions of values; nothing here traces a ray. Both the tiles of [`crate::render`] and
-//! its scalar reference call them, so the two differ in how they trace and in nothing else.
+//! Plain functions of values; nothing here traces a ray. The scalar reference of [`crate::render`]
+//! shades by [`phong`], its tiles by the same formula for sixteen points at once. Both take their
+//! samples from [`sampling`].
 
+mod orders;
 pub mod phong;
+pub(crate) mod phong_lanes;
 pub mod sampling;
