@@ -17,7 +17,7 @@
 //! Bundles hold the samples of one point, or one sample each of sixteen neighbours ([`crossed`]), as
 //! [`sampled`] finds better. Points in no order are sorted before ([`order`]).
 //!
-//! Points that look at a point light are bundles at once, sixteen points each ([`hard`]).
+//! Points that look at a point light are rays of a batch at once ([`hard`]).
 //!
 //! A point that nothing was between sees the whole light without one ray, and one that a single
 //! primitive covers is dark without one.
@@ -89,12 +89,12 @@ pub(crate) fn visibility<S: LightSamples + ?Sized>(
     range: Range<usize>,
     mut done: impl FnMut(usize, Seen<'_>),
 ) {
+    if query.light.edge_u == Vec3::ZERO && query.light.edge_v == Vec3::ZERO {
+        return hard::trace(bvh, query, range, &mut done);
+    }
     let samples = query.samples.per_point();
     let mut rays = SampleRays::new(samples);
-    let is_point = query.light.edge_u == Vec3::ZERO && query.light.edge_v == Vec3::ZERO;
-    if is_point {
-        hard::trace(bvh, query, range, &mut rays, &mut done);
-    } else if samples < FEWEST_SAMPLES {
+    if samples < FEWEST_SAMPLES {
         range.for_each(|point| rays.add(bvh, query, point, &mut done));
     } else {
         let mut block = Block::new(bvh, query);

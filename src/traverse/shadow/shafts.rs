@@ -108,11 +108,6 @@ impl Beams {
         (self.slope_min.map(load), self.slope_max.map(load))
     }
 
-    /// Where each group starts along the main axis, less the margin.
-    pub(super) fn start(&self) -> F32x16 {
-        F32x16::load(&self.start)
-    }
-
     pub(super) fn beam(&self) -> Beam<F32x16> {
         let load = |lanes: [f32; GROUPS]| F32x16::load(&lanes);
         Beam {

@@ -1,4 +1,4 @@
-//! What an apex sees: the shafts of groups whose rays all start at one point, or all end there.
+//! What an apex sees: the shafts of groups whose rays all start at one point.
 //!
 //! Seen from the apex a box is a rectangle of slopes, and so is each group: four comparisons keep
 //! them apart, where beams ([`super::shafts`]) take ten times as many steps.
@@ -35,18 +35,6 @@ impl Sight {
         let reach = F32x16::splat(aim.end - apex[2]);
         let (min, max) = beams.slopes();
         Self::new(aim, aim.axes, apex, Footprint { min, max }, reach)
-    }
-
-    /// For rays that all end at `apex`.
-    pub(super) fn to_point(aim: &Aim, apex: [f32; 3], beams: &Beams) -> Self {
-        let mut axes = aim.axes;
-        axes.mirrored = !axes.mirrored;
-        let apex = axes.turn(apex);
-        // Mirrored, the groups' first coordinates are their last ones.
-        let reach = -beams.start() - F32x16::splat(apex[2]);
-        let (min, max) = beams.slopes();
-        let groups = Footprint { min: max.map(|slope| -slope), max: min.map(|slope| -slope) };
-        Self::new(aim, axes, apex, groups, reach)
     }
 
     fn new(

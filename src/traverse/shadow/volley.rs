@@ -24,7 +24,6 @@ pub(super) type Recent = Vec<Place>;
 pub(super) enum Apex {
     None,
     Start([f32; 3]),
-    End([f32; 3]),
 }
 
 /// Up to sixteen bundles.
@@ -66,8 +65,7 @@ impl<'a> Volley<'a> {
     }
 
     /// Adds the rays from `origin` along `dir`, the lanes in `active`, all of which `aim` bounds;
-    /// `around` is where the origins are, if that is known. Returns how far they are apart, both axes
-    /// across added.
+    /// `around` is where the origins are, if that is known.
     #[inline(always)]
     pub(super) fn push(
         &mut self,
@@ -76,13 +74,12 @@ impl<'a> Volley<'a> {
         dir: [F32x16; 3],
         active: u32,
         around: Option<[[f32; 3]; 2]>,
-    ) -> f32 {
+    ) {
         let place = self.len;
         let bundle = &mut self.bundles[place];
         bundle.load(origin, dir, active, self.bvh.extent);
         let axes = aim.axes;
         let [mut low, mut high] = around.unwrap_or_else(|| bundle.origins(axes));
-        let spread = (high[0] - low[0]) + (high[1] - low[1]);
         for axis in 0..3 {
             low[axis] -= aim.margin;
             high[axis] += aim.margin;
@@ -90,13 +87,6 @@ impl<'a> Volley<'a> {
         self.beams.set(place, [low, high], bundle.slopes(axes));
         self.live |= u32::from(bundle.live() != 0) << place;
         self.len += 1;
-        spread
-    }
-
-    /// Takes out what was added last; another bundle must come in its place.
-    pub(super) fn pop(&mut self) {
-        self.len -= 1;
-        self.live &= !(1 << self.len);
     }
 
     /// Exchanges the leaves that the next volley enters first.
@@ -115,7 +105,6 @@ impl<'a> Volley<'a> {
             match apex {
                 Apex::None => self.trace_in(&Shafts::new(*aim, self.beams.beam())),
                 Apex::Start(at) => self.trace_in(&Sight::from_point(aim, at, &self.beams)),
-                Apex::End(at) => self.trace_in(&Sight::to_point(aim, at, &self.beams)),
             }
         }
         self.bundles[..self.len].iter().for_each(|bundle| give(bundle.seen()));
