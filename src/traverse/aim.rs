@@ -45,12 +45,11 @@ pub(super) enum Aim {
 
 impl Aim {
     /// How the rays of these groups run, and which groups it is for: those of `live` whose rays all run
-    /// forwards. `None` if there is none. Without `fans`, rays from one point make a [`Cone`] too.
+    /// forwards. `None` if there is none.
     pub(super) fn new<F: Lanes>(
         groups: &[Group<F>; GROUPS],
         live: u32,
         bvh: &Bvh,
-        fans: bool,
     ) -> Option<(Self, u32)> {
         let axes = main_axis(groups, live)?;
         let order = axes.order();
@@ -94,8 +93,7 @@ impl Aim {
         if let Some(origin) = shared_origin(groups, aimed) {
             let reach = reach(margin);
             let apex = axes.turn(origin);
-            if fans
-                && widest <= WIDEST_FAN
+            if widest <= WIDEST_FAN
                 && let Some(fan) = Cone::new(axes, apex, origin, &all, &reach)
             {
                 return Some((Self::Fan(fan), aimed));

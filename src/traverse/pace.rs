@@ -4,7 +4,7 @@
 //! once. Which is cheaper depends on how many rays go the same way, so it is decided child by child:
 //! see [`few`]. Fans are the exception: their bounds are so sharp that no group tests a box with its
 //! own rays, so nobody knows how many go there. They have a budget for the whole descent instead; one
-//! that spends it gives up, and the next ones are taken as loose cones, up to [`LONGEST_PAUSE`].
+//! that spends it gives up, and the rays of the next ones go on their own, up to [`LONGEST_PAUSE`] fans.
 //!
 //! All of this decides about speed alone, never about hits.
 
@@ -16,8 +16,9 @@ pub(super) const NODE: u32 = 8;
 pub(super) const LEAF: u32 = 6;
 /// A primitive with the rays of a group, likewise.
 pub(super) const PRIMITIVE: u32 = 3;
-/// What a ray on its own takes, likewise: about ten steps.
-const SINGLE: u32 = 20;
+/// What a ray on its own takes, likewise, twice over. 20, 40 and 80 were tried on camera rays of terrains:
+/// 15.2, 15.5, 16.0 million a second with 1M triangles, 7.7, 8.2, 8.1 with 3M, where many share a pixel.
+const SINGLE: u32 = 40;
 
 /// The most fans that are not tried after failures.
 const LONGEST_PAUSE: u32 = 7;

@@ -103,10 +103,11 @@ impl<F: Lanes> Tile<F> {
         }
         let live = self.live;
         let mut aimed = 0;
-        if let Some((mut aim, groups)) = Aim::new(&self.groups, live, bvh, pace.takes_fans()) {
+        if let Some((mut aim, groups)) = Aim::new(&self.groups, live, bvh) {
             aimed = groups;
             self.live = aimed;
             match &mut aim {
+                Aim::Fan(_) if !pace.takes_fans() => self.leave_whole(),
                 Aim::Fan(fan) => {
                     self.budget = pace::budget(aimed.count_ones() * F::LANES as u32);
                     let spent = self.descend::<ANY, _>(bvh, fan);
