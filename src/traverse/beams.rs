@@ -63,11 +63,6 @@ impl Cull for Beams {
     const FAN: bool = false;
 
     #[inline(always)]
-    fn origin(&self) -> [F32x8; 3] {
-        [F32x8::ZERO; 3]
-    }
-
-    #[inline(always)]
     fn boxes(&self, bounds: [F32x8; 6]) -> (Self::Boxes, u32) {
         let turned = self.reach.axes.turn_box(bounds);
         let met = self.whole.meets(&turned, self.reach.whole_end);

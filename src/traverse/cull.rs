@@ -18,7 +18,9 @@ pub(super) trait Cull {
     /// True if all rays start at [`Cull::origin`], exactly.
     const FAN: bool;
     /// Where all rays of a fan start; else zero.
-    fn origin(&self) -> [F32x8; 3];
+    fn origin(&self) -> [F32x8; 3] {
+        [F32x8::ZERO; 3]
+    }
     /// Makes boxes (`min.x .. max.z`) ready; a bit for each that some group may meet.
     fn boxes(&self, bounds: [F32x8; 6]) -> (Self::Boxes, u32);
     /// The groups that may meet box `slot`, and where it starts.

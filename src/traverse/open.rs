@@ -13,11 +13,6 @@ impl Cull for Open {
     const FAN: bool = false;
 
     #[inline(always)]
-    fn origin(&self) -> [F32x8; 3] {
-        [F32x8::ZERO; 3]
-    }
-
-    #[inline(always)]
     fn boxes(&self, bounds: [F32x8; 6]) -> ((), u32) {
         ((), Lanes::le(bounds[0], bounds[3]).bits())
     }
