@@ -42,8 +42,7 @@ impl Scene {
         samples: &(impl LightSamples + ?Sized),
         fraction: &mut [f32],
     ) -> Result<(), ShapeError> {
-        self.all_fractions(&fractions_query(points, light, samples, fraction)?, fraction, false);
-        Ok(())
+        self.answer(points, light, samples, fraction, false)
     }
 
     /// As [`Scene::visibility`], on the rayon pool that it is called in.
@@ -57,8 +56,7 @@ impl Scene {
         samples: &(impl LightSamples + ?Sized),
         fraction: &mut [f32],
     ) -> Result<(), ShapeError> {
-        self.all_fractions(&fractions_query(points, light, samples, fraction)?, fraction, true);
-        Ok(())
+        self.answer(points, light, samples, fraction, true)
     }
 
     /// Says of each sample whether its point sees it, on this thread: all samples of the first point,
@@ -73,8 +71,7 @@ impl Scene {
         samples: &(impl LightSamples + ?Sized),
         seen: &mut [bool],
     ) -> Result<(), ShapeError> {
-        self.all_bits(&bits_query(points, light, samples, seen)?, seen, false);
-        Ok(())
+        self.answer(points, light, samples, seen, false)
     }
 
     /// As [`Scene::visible_samples`], on the rayon pool that it is called in.
@@ -88,87 +85,88 @@ impl Scene {
         samples: &(impl LightSamples + ?Sized),
         seen: &mut [bool],
     ) -> Result<(), ShapeError> {
-        self.all_bits(&bits_query(points, light, samples, seen)?, seen, true);
+        self.answer(points, light, samples, seen, true)
+    }
+
+    /// Answers for all points, whatever their order.
+    fn answer<A: Answer, S: LightSamples + ?Sized>(
+        &self,
+        points: &Points<'_>,
+        light: &LightShape,
+        samples: &S,
+        answers: &mut [A],
+        parallel: bool,
+    ) -> Result<(), ShapeError> {
+        samples.check(points.len())?;
+        let each = A::per_point(samples.per_point());
+        let [name, counted] = A::NAMES;
+        ShapeError::check(name, answers.len(), counted, points.len() * each)?;
+        let query = query(points, light, samples);
+        if let Some(ordered) = Ordered::new(points, parallel) {
+            let samples = ordered.samples(samples);
+            let mut own = vec![A::default(); answers.len()];
+            self.answer_parts(&ordered.query(&query, &samples), &mut own, parallel);
+            ordered.give(&own, answers, each);
+        } else {
+            self.answer_parts(&query, answers, parallel);
+        }
         Ok(())
     }
 
-    /// The fractions of all points, whatever their order.
-    fn all_fractions<S: LightSamples + ?Sized>(
+    fn answer_parts<A: Answer, S: LightSamples + ?Sized>(
         &self,
         query: &Query<'_, S>,
-        fraction: &mut [f32],
-        parallel: bool,
-    ) {
-        if let Some(ordered) = Ordered::new(&query.points, parallel) {
-            let samples = ordered.samples(query.samples);
-            let mut own = vec![0.0; fraction.len()];
-            self.fraction_parts(&ordered.query(query, &samples), &mut own, parallel);
-            ordered.give(&own, fraction, 1);
-        } else {
-            self.fraction_parts(query, fraction, parallel);
-        }
-    }
-
-    fn fraction_parts<S: LightSamples + ?Sized>(
-        &self,
-        query: &Query<'_, S>,
-        fraction: &mut [f32],
+        answers: &mut [A],
         parallel: bool,
     ) {
         if !parallel {
-            return self.fractions(query, 0, fraction);
-        }
-        let points = part_points(query.samples.per_point());
-        let parts = fraction.par_chunks_mut(points).enumerate();
-        parts.for_each(|(part, fraction)| self.fractions(query, part * points, fraction));
-    }
-
-    /// The samples of all points, whatever their order.
-    fn all_bits<S: LightSamples + ?Sized>(
-        &self,
-        query: &Query<'_, S>,
-        seen: &mut [bool],
-        parallel: bool,
-    ) {
-        if let Some(ordered) = Ordered::new(&query.points, parallel) {
-            let samples = ordered.samples(query.samples);
-            let mut own = vec![false; seen.len()];
-            self.bit_parts(&ordered.query(query, &samples), &mut own, parallel);
-            ordered.give(&own, seen, query.samples.per_point());
-        } else {
-            self.bit_parts(query, seen, parallel);
-        }
-    }
-
-    fn bit_parts<S: LightSamples + ?Sized>(
-        &self,
-        query: &Query<'_, S>,
-        seen: &mut [bool],
-        parallel: bool,
-    ) {
-        if !parallel {
-            return self.bits(query, 0, seen);
+            return A::write(self, query, 0, answers);
         }
         let samples = query.samples.per_point();
         let points = part_points(samples);
-        let parts = seen.par_chunks_mut((points * samples).max(1)).enumerate();
-        parts.for_each(|(part, seen)| self.bits(query, part * points, seen));
+        let parts = answers.par_chunks_mut((points * A::per_point(samples)).max(1)).enumerate();
+        parts.for_each(|(part, answers)| A::write(self, query, part * points, answers));
     }
+}
 
-    /// The fractions of the points from `first`.
-    fn fractions<S: LightSamples + ?Sized>(
-        &self,
+/// What is asked about each point.
+trait Answer: Copy + Default + Send {
+    /// The names of the answers and of what there must be as many of, for messages.
+    const NAMES: [&'static str; 2];
+
+    /// How many answers a point with so many samples has.
+    fn per_point(samples: usize) -> usize;
+
+    /// Writes the answers about the points from `first`.
+    fn write<S: LightSamples + ?Sized>(
+        scene: &Scene,
         query: &Query<'_, S>,
         first: usize,
-        fraction: &mut [f32],
+        answers: &mut [Self],
+    );
+}
+
+/// The fraction of its samples that a point sees.
+impl Answer for f32 {
+    const NAMES: [&'static str; 2] = ["fraction", "points"];
+
+    fn per_point(_: usize) -> usize {
+        1
+    }
+
+    fn write<S: LightSamples + ?Sized>(
+        scene: &Scene,
+        query: &Query<'_, S>,
+        first: usize,
+        fractions: &mut [Self],
     ) {
         let count = query.samples.per_point();
         if count == 0 {
-            return fraction.fill(0.0);
+            return fractions.fill(0.0);
         }
-        let range = first..first + fraction.len();
-        shadow::visibility(&self.bvh, query, range, |point, seen| {
-            let own = &mut fraction[point - first..];
+        let range = first..first + fractions.len();
+        shadow::visibility(&scene.bvh, query, range, |point, seen| {
+            let own = &mut fractions[point - first..];
             match seen {
                 Seen::Wholly { points, seen } => {
                     for (lane, fraction) in own.iter_mut().take(16).enumerate() {
@@ -184,20 +182,28 @@ impl Scene {
             }
         });
     }
+}
 
-    /// The samples of the points from `first`.
-    fn bits<S: LightSamples + ?Sized>(
-        &self,
+/// Whether a point sees a sample, for each of them.
+impl Answer for bool {
+    const NAMES: [&'static str; 2] = ["seen", "points times samples"];
+
+    fn per_point(samples: usize) -> usize {
+        samples
+    }
+
+    fn write<S: LightSamples + ?Sized>(
+        scene: &Scene,
         query: &Query<'_, S>,
         first: usize,
-        seen: &mut [bool],
+        seen: &mut [Self],
     ) {
         let count = query.samples.per_point();
         if count == 0 {
             return;
         }
         let range = first..first + seen.len() / count;
-        shadow::visibility(&self.bvh, query, range, |point, which| {
+        shadow::visibility(&scene.bvh, query, range, |point, which| {
             let own = &mut seen[(point - first) * count..];
             match which {
                 Seen::Wholly { points, seen } if count == 1 => {
@@ -224,31 +230,6 @@ impl Scene {
             }
         });
     }
-}
-
-/// A query for a fraction of each point, once the arrays fit.
-fn fractions_query<'a, S: LightSamples + ?Sized>(
-    points: &Points<'a>,
-    light: &LightShape,
-    samples: &'a S,
-    fraction: &[f32],
-) -> Result<Query<'a, S>, ShapeError> {
-    samples.check(points.len())?;
-    ShapeError::check("fraction", fraction.len(), "points", points.len())?;
-    Ok(query(points, light, samples))
-}
-
-/// A query for each sample of each point, once the arrays fit.
-fn bits_query<'a, S: LightSamples + ?Sized>(
-    points: &Points<'a>,
-    light: &LightShape,
-    samples: &'a S,
-    seen: &[bool],
-) -> Result<Query<'a, S>, ShapeError> {
-    samples.check(points.len())?;
-    let count = points.len() * samples.per_point();
-    ShapeError::check("seen", seen.len(), "points times samples", count)?;
-    Ok(query(points, light, samples))
 }
 
 fn query<'a, S: ?Sized>(points: &Points<'a>, light: &LightShape, samples: &'a S) -> Query<'a, S> {
