@@ -25,7 +25,7 @@ use super::pace::{self, Pace};
 use super::rest::Rest;
 use super::visits::count;
 use super::{ones, stack_size};
-use crate::bvh::{Bvh, Child, PrimKind, WIDTH};
+use crate::bvh::{Bvh, Child, Node, PrimKind, WIDTH};
 use crate::ray::Rays;
 use crate::simd::{F32x8, LaneMask, Lanes, each};
 
@@ -224,24 +224,7 @@ impl<F: Lanes> Tile<F> {
             let slot = slot & 7;
             let mut met = met[slot];
             if C::LOOSE {
-                let mut rays = 0;
-                for index in ones(met) {
-                    count(|visits| visits.box_groups += 1);
-                    let bounds = |place: usize| F::splat(node.bounds[place][slot]);
-                    let (near, far) = self.groups[index & 15].interval(bounds);
-                    let lanes = near.le(far).bits();
-                    self.near[index & 15] = near;
-                    self.lanes[index & 15] = lanes;
-                    rays += lanes.count_ones();
-                    met &= !(u32::from(lanes == 0) << index);
-                }
-                if rays <= pace::few(met, share, node.meta[slot]) {
-                    for index in ones(met) {
-                        let (near, lanes) = (self.near[index & 15], self.lanes[index & 15]);
-                        self.rest.add::<ANY, F>(index, lanes, near, (number, slot));
-                    }
-                    continue;
-                }
+                met = self.split_off_few::<ANY>(node, (number, slot), met, share);
             }
             if met == 0 {
                 continue;
@@ -260,6 +243,37 @@ impl<F: Lanes> Tile<F> {
             self.stack[base..waiting].reverse();
         }
         waiting
+    }
+
+    /// The groups of `met` with rays that meet the box of a slot; none if [`pace::few`] rays do: these
+    /// get the child on their lists.
+    #[inline(always)]
+    fn split_off_few<const ANY: bool>(
+        &mut self,
+        node: &Node,
+        (number, slot): (u32, usize),
+        mut met: u32,
+        share: f32,
+    ) -> u32 {
+        let mut rays = 0;
+        for index in ones(met) {
+            count(|visits| visits.box_groups += 1);
+            let bounds = |place: usize| F::splat(node.bounds[place][slot]);
+            let (near, far) = self.groups[index & 15].interval(bounds);
+            let lanes = near.le(far).bits();
+            self.near[index & 15] = near;
+            self.lanes[index & 15] = lanes;
+            rays += lanes.count_ones();
+            met &= !(u32::from(lanes == 0) << index);
+        }
+        if rays > pace::few(met, share, node.meta[slot]) {
+            return met;
+        }
+        for index in ones(met) {
+            let (near, lanes) = (self.near[index & 15], self.lanes[index & 15]);
+            self.rest.add::<ANY, F>(index, lanes, near, (number, slot));
+        }
+        0
     }
 
     /// Tests the primitives of a leaf.
