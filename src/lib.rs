@@ -58,7 +58,7 @@
 //! A module uses only those above it in this list; `ARCHITECTURE.md` says more, and a test holds
 //! the imports to it.
 //!
-//! [`error`], [`instruction_sets`], [`simd`], [`prefetch`], [`ray`], [`hit`], [`points`], [`geometry`], [`kernels`], [`bvh`],
+//! [`error`], [`instruction_sets`], [`simd`], [`pages`], [`prefetch`], [`ray`], [`hit`], [`points`], [`geometry`], [`kernels`], [`bvh`],
 //! [`traverse`], [`scene`], [`shading`], [`render`], [`workload`].
 //!
 //! # Builds
@@ -78,6 +78,7 @@ pub mod geometry;
 pub mod hit;
 pub mod instruction_sets;
 pub mod kernels;
+pub mod pages;
 pub mod points;
 pub mod prefetch;
 pub mod ray;

@@ -244,6 +244,47 @@ fn threads_and_the_order_of_rays_change_nothing() {
     }
 }
 
+/// So many rays of one start, or to one end, that they are sorted if they come in no order.
+#[test]
+fn strewn_rays_of_one_point_get_the_hits_of_rays_in_order() {
+    let pool = rayon::ThreadPoolBuilder::new().num_threads(2).build().expect("a pool");
+    for number in 0..4 {
+        let random = &mut made::Random::new(51, number as u64);
+        let scene =
+            if number < 2 { grid(random, 40).build() } else { chaos(random, 0, 30).build() };
+        let bounds = scene.bvh().bounds;
+        let (middle, half) = (0.5 * (bounds.min + bounds.max), 0.5 * (bounds.max - bounds.min));
+        let point = middle + half * glam::Vec3::new(0.1, -0.2, 3.0);
+        let ray = |index: usize| {
+            let (x, y) = ((index % 512) as f32 / 256.0, (index / 512) as f32 / 137.0);
+            let dir = middle + half * glam::Vec3::new(x - 1.0, y - 1.0, 0.0) - point;
+            if number % 2 == 0 {
+                Ray::new(point, dir)
+            } else {
+                Ray { origin: point + 2.0 * dir, dir: -2.0 * dir, t_min: 0.0, t_max: 0.99 }
+            }
+        };
+        let mut rays: RayBatch = (0..140_000).map(ray).collect();
+        for bad in [0, 999, 139_999] {
+            rays.dir_x[bad] = f32::NAN;
+            rays.origin_y[bad / 2] = f32::INFINITY;
+        }
+        let expected = trace(&scene, &rays, false);
+        assert!(expected.1.iter().any(|&occluded| occluded));
+        let mut order: Vec<usize> = (0..rays.len()).collect();
+        random.shuffle(&mut order);
+        let strewn = order.iter().map(|&index| rays.as_rays().get(index)).collect();
+        for parallel in [false, true] {
+            let (hits, occluded) = pool.install(|| trace(&scene, &strewn, parallel));
+            for (place, &index) in order.iter().enumerate() {
+                let ray = &rays.as_rays().get(index);
+                same("strewn", ray, &hits.get(place), &expected.0.get(index));
+                assert_eq!(occluded[place], expected.1[index]);
+            }
+        }
+    }
+}
+
 /// Primitives in another order: the same `t`, and a primitive that is the same one, or one of those
 /// that are met at this `t` too.
 #[test]

@@ -7,9 +7,11 @@
 use crate::error::ShapeError;
 use rayon::prelude::*;
 
-use crate::hit::{Hit, HitPacket, Hits, NO_HIT};
+use crate::hit::{Hit, HitBatch, HitPacket, Hits, NO_HIT};
+use crate::pages::Pages;
 use crate::ray::{Ray, RayPacket, Rays};
 use crate::scene::Scene;
+use crate::traverse::sorted::Sorted;
 use crate::traverse::{Closest, batch, reference};
 
 /// How many rays a thread takes at a time: many tiles, so that starting a batch costs little.
@@ -42,15 +44,19 @@ impl Scene {
     }
 
     /// The closest hit of each ray, on this thread. Rays may come in any order and number;
-    /// neighbours that run alike are traced together.
+    /// neighbours that run alike are traced together. Many rays that share about one start or one end
+    /// but come in no order are sorted first, which takes 54 bytes a ray for the time of the call.
     ///
     /// # Errors
     /// [`ShapeError`] if there are not as many hits as rays.
     pub fn intersect_batch(&self, rays: Rays<'_>, mut hits: Hits<'_>) -> Result<(), ShapeError> {
         ShapeError::check("hits", hits.len(), "rays", rays.len())?;
-        batch::intersect(&self.bvh, rays, &mut hits, |prim_ids, geom_ids| {
-            self.name_geometries(prim_ids, geom_ids);
-        });
+        if let Some(sorted) = Sorted::new(&rays, self.size(), false) {
+            let found = self.intersect_sorted(&sorted);
+            self.give_hits(sorted.give(&found, 0), &mut hits);
+        } else {
+            self.intersect_in_order(rays, &mut hits);
+        }
         Ok(())
     }
 
@@ -60,26 +66,65 @@ impl Scene {
     /// [`ShapeError`] if there are not as many hits as rays.
     pub fn par_intersect_batch(&self, rays: Rays<'_>, hits: Hits<'_>) -> Result<(), ShapeError> {
         ShapeError::check("hits", hits.len(), "rays", rays.len())?;
-        if rays.len() <= CHUNK {
-            return self.intersect_batch(rays, hits);
+        if let Some(sorted) = Sorted::new(&rays, self.size(), true) {
+            let found = self.intersect_sorted(&sorted);
+            par_chunks(0, hits, &|start, mut hits| {
+                self.give_hits(sorted.give(&found, start), &mut hits);
+            });
+        } else {
+            par_chunks(0, hits, &|start, mut hits| {
+                self.intersect_in_order(rays.range(start, start + hits.len()), &mut hits);
+            });
         }
-        // Halved at a whole chunk, so that the tiles are those of one thread.
-        let middle = (rays.len() / 2).next_multiple_of(CHUNK);
-        let (first, second) = hits.split_at(middle);
-        let (a, b) = rayon::join(
-            || self.par_intersect_batch(rays.range(0, middle), first),
-            || self.par_intersect_batch(rays.range(middle, rays.len()), second),
-        );
-        a.and(b)
+        Ok(())
     }
 
-    /// Whether each ray hits anything, on this thread.
+    fn intersect_in_order(&self, rays: Rays<'_>, hits: &mut Hits<'_>) {
+        batch::intersect(&self.bvh, rays, hits, |prim_ids, geom_ids| {
+            self.name_geometries(prim_ids, geom_ids);
+        });
+    }
+
+    /// The largest extent.
+    fn size(&self) -> f32 {
+        (self.bvh.bounds.max - self.bvh.bounds.min).max_element()
+    }
+
+    /// `t`, `u`, `v` and the id over all geometries.
+    fn intersect_sorted(&self, sorted: &Sorted) -> Pages<[u32; 4]> {
+        sorted.trace(|rays, places, found: &mut [[u32; 4]]| {
+            let mut hits = HitBatch::new(rays.len());
+            batch::intersect(&self.bvh, rays, &mut hits.as_hits(), |_, _| ());
+            for (index, &place) in places.iter().enumerate() {
+                let [t, u, v] = [hits.t[index], hits.u[index], hits.v[index]].map(f32::to_bits);
+                found[place as usize] = [t, u, v, hits.prim_id[index]];
+            }
+        })
+    }
+
+    fn give_hits(&self, found: impl Iterator<Item = [u32; 4]>, hits: &mut Hits<'_>) {
+        for (index, [t, u, v, id]) in found.take(hits.len()).enumerate() {
+            hits.t[index] = f32::from_bits(t);
+            hits.u[index] = f32::from_bits(u);
+            hits.v[index] = f32::from_bits(v);
+            hits.prim_id[index] = id;
+        }
+        self.name_geometries(hits.prim_id, hits.geom_id);
+    }
+
+    /// Whether each ray hits anything, on this thread. Rays come, and may be sorted, as for
+    /// [`Scene::intersect_batch`].
     ///
     /// # Errors
     /// [`ShapeError`] if there are not as many results as rays.
     pub fn occluded_batch(&self, rays: Rays<'_>, occluded: &mut [bool]) -> Result<(), ShapeError> {
         ShapeError::check("occluded", occluded.len(), "rays", rays.len())?;
-        batch::occluded(&self.bvh, rays, occluded);
+        if let Some(sorted) = Sorted::new(&rays, self.size(), false) {
+            let found = self.occluded_sorted(&sorted);
+            give_occluded(sorted.give(&found, 0), occluded);
+        } else {
+            batch::occluded(&self.bvh, rays, occluded);
+        }
         Ok(())
     }
 
@@ -93,9 +138,28 @@ impl Scene {
         occluded: &mut [bool],
     ) -> Result<(), ShapeError> {
         ShapeError::check("occluded", occluded.len(), "rays", rays.len())?;
-        occluded.par_chunks_mut(CHUNK).enumerate().try_for_each(|(chunk, occluded)| {
-            let start = chunk * CHUNK;
-            self.occluded_batch(rays.range(start, start + occluded.len()), occluded)
+        let chunks = occluded.par_chunks_mut(CHUNK).enumerate();
+        let chunks = chunks.map(|(chunk, occluded)| (chunk * CHUNK, occluded));
+        if let Some(sorted) = Sorted::new(&rays, self.size(), true) {
+            let found = self.occluded_sorted(&sorted);
+            chunks.for_each(|(start, occluded)| {
+                give_occluded(sorted.give(&found, start), occluded);
+            });
+        } else {
+            chunks.for_each(|(start, occluded)| {
+                batch::occluded(&self.bvh, rays.range(start, start + occluded.len()), occluded);
+            });
+        }
+        Ok(())
+    }
+
+    fn occluded_sorted(&self, sorted: &Sorted) -> Pages<u8> {
+        sorted.trace(|rays, places, found: &mut [u8]| {
+            let mut occluded = vec![false; rays.len()];
+            batch::occluded(&self.bvh, rays, &mut occluded);
+            for (&place, occluded) in places.iter().zip(occluded) {
+                found[place as usize] = u8::from(occluded);
+            }
         })
     }
 
@@ -138,5 +202,22 @@ impl Scene {
         let geom_id = self.first_ids.partition_point(|&first| first <= closest.id) - 1;
         let prim_id = closest.id - self.first_ids[geom_id];
         Hit { t: closest.t, u: closest.u, v: closest.v, prim_id, geom_id: geom_id as u32 }
+    }
+}
+
+/// Does `work` for each chunk of the hits, which starts at the first argument, on the rayon pool.
+fn par_chunks(start: usize, hits: Hits<'_>, work: &(impl Fn(usize, Hits<'_>) + Sync)) {
+    if hits.len() <= CHUNK {
+        return work(start, hits);
+    }
+    // Halved at a whole chunk, so that the tiles are those of one thread.
+    let middle = (hits.len() / 2).next_multiple_of(CHUNK);
+    let (first, second) = hits.split_at(middle);
+    rayon::join(|| par_chunks(start, first, work), || par_chunks(start + middle, second, work));
+}
+
+fn give_occluded(found: impl Iterator<Item = u8>, occluded: &mut [bool]) {
+    for (occluded, found) in occluded.iter_mut().zip(found) {
+        *occluded = found != 0;
     }
 }

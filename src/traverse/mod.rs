@@ -1,6 +1,7 @@
 //! Traversals: rays against the tree.
 //!
 //! - `batch`: rays of any number, tile by tile
+//! - `pencil`, `sorted`: rays that come in no order though they share a start or an end
 //! - `tile`: up to sixteen groups of rays, in one descent as long as many of them go the same way
 //! - `rest`: what a tile leaves to single rays
 //! - `stream`: rays one by one, several in turns, each step by `single`
@@ -22,10 +23,12 @@ mod leaf;
 mod open;
 mod pace;
 mod packet;
+mod pencil;
 pub mod reference;
 mod rest;
 pub(crate) mod shadow;
 mod single;
+pub(crate) mod sorted;
 mod stream;
 mod tile;
 pub mod visits;
