@@ -27,14 +27,14 @@ mod turns;
 use std::process::ExitCode;
 use std::time::Instant;
 
-use octray::HitBatch;
-use octray::workload::{Kind, Model, Query, Viewpoint, Workload};
+use octray::{HitBatch, Scene};
+use octray::workload::{Kind, Look, Model, Query, Stage, Viewpoint, Workload};
 
 use crate::calls::Call;
 use crate::clock::Clock;
 use crate::contender::{Answers, Visibility};
 use crate::engine::{BuildMode, Device, EmbreeScene};
-use crate::options::Options;
+use crate::options::{Options, Rays};
 use crate::report::Report;
 use crate::turns::Field;
 
@@ -114,10 +114,29 @@ fn measure_model(
     };
     report.model(model, build_time, &embree);
 
+    for look in &options.look {
+        let stage = look.of(&model.stage);
+        let name = match look {
+            Look::Framed => model.name.clone(),
+            _ => format!("{} {look}", model.name),
+        };
+        let view = viewpoint(options, &scene, &stage, embree.last())?;
+        measure_view(options, pools, (&scene, &embree), (&name, &view), &wanted, report);
+    }
+    Ok(())
+}
+
+/// The stage's view; its primary hits are Embree's if octray is not to be measured.
+fn viewpoint<'a>(
+    options: &Options,
+    scene: &'a Scene,
+    stage: &Stage,
+    embree: Option<&EmbreeScene<'_>>,
+) -> Result<Viewpoint<'a>, String> {
     let (width, height) = options.size;
-    let view = match embree.last() {
+    let view = match embree {
         Some(embree) if options.embree_only => {
-            Viewpoint::with_hits(&scene, &model.stage, width, height, options.seed, |rays| {
+            Viewpoint::with_hits(scene, stage, width, height, options.seed, |rays| {
                 let workload = Workload {
                     name: Kind::Primary.to_string(),
                     rays: rays.clone(),
@@ -132,9 +151,20 @@ fn measure_model(
                 }
             })
         }
-        _ => Viewpoint::new(&scene, &model.stage, width, height, options.seed),
+        _ => Viewpoint::new(scene, stage, width, height, options.seed),
     };
-    let view = view.map_err(|error| error.to_string())?;
+    view.map_err(|error| error.to_string())
+}
+
+/// Measures the workloads of one view.
+fn measure_view(
+    options: &Options,
+    pools: &[rayon::ThreadPool],
+    (scene, embree): (&Scene, &[EmbreeScene<'_>]),
+    (name, view): (&str, &Viewpoint<'_>),
+    wanted: &[&Rays],
+    report: &mut Report<'_>,
+) {
     for rays in wanted {
         let mut workload = view.workload(rays.kind);
         if rays.shuffled {
@@ -144,12 +174,12 @@ fn measure_model(
             continue;
         }
         let shadows = if rays.shuffled { None } else { view.shadow_points(rays.kind) };
-        let visibility = shadows.as_ref().map(|points| Visibility { scene: &scene, points });
+        let visibility = shadows.as_ref().map(|points| Visibility { scene, points });
         for pool in pools {
             let threads = pool.current_num_threads();
             let field = Field {
-                scene: &scene,
-                embree: &embree,
+                scene,
+                embree,
                 workload: &workload,
                 visibility,
                 parallel: threads > 1,
@@ -163,9 +193,8 @@ fn measure_model(
             } else {
                 pool.install(|| field.measure(&mut calls))
             };
-            (row.scene, row.threads) = (model.name.clone(), threads);
+            (row.scene, row.threads) = (name.to_owned(), threads);
             report.row(row, &calls);
         }
     }
-    Ok(())
 }

@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 
 use clap::Parser;
-use octray::workload::{Kind, UnknownKind};
+use octray::workload::{Kind, Look, UnknownKind};
 
 /// octray and Embree on the same rays, in turns.
 #[derive(Clone, Debug, Parser)]
@@ -20,6 +20,9 @@ pub(crate) struct Options {
         default_value = "primary,mirror,diffuse,hard,soft16,soft64,soft256,ao,primary-shuffled"
     )]
     pub(crate) workload: Vec<Rays>,
+    /// How scenes are looked at: framed, as their tables have it, or near, far, inside, grazing.
+    #[arg(long, value_delimiter = ',', default_value = "framed")]
+    pub(crate) look: Vec<Look>,
     /// Pixels: one number, or width x height.
     #[arg(long, default_value = "1024", value_parser = parse_size)]
     pub(crate) size: (usize, usize),

@@ -8,6 +8,7 @@
 
 mod chart;
 mod lamps;
+mod look;
 mod measure;
 mod model;
 mod random;
@@ -17,6 +18,7 @@ mod viewpoint;
 
 pub use chart::{Bar, BarChart};
 pub use lamps::Lamp;
+pub use look::{Look, UnknownLook};
 pub use measure::{Disagreement, Effort, Measurement, Path, measure};
 pub use model::{Model, Part, Stage};
 pub use rays::{Kind, Query, UnknownKind, Workload};
