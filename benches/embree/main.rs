@@ -27,8 +27,8 @@ mod turns;
 use std::process::ExitCode;
 use std::time::Instant;
 
-use octray::{HitBatch, Scene};
 use octray::workload::{Kind, Look, Model, Query, Stage, Viewpoint, Workload};
+use octray::{HitBatch, Scene};
 
 use crate::calls::Call;
 use crate::clock::Clock;

@@ -51,7 +51,7 @@ impl Scene {
     /// [`ShapeError`] if there are not as many hits as rays.
     pub fn intersect_batch(&self, rays: Rays<'_>, mut hits: Hits<'_>) -> Result<(), ShapeError> {
         ShapeError::check("hits", hits.len(), "rays", rays.len())?;
-        if let Some(sorted) = Sorted::new(&rays, self.size(), false) {
+        if let Some(sorted) = Sorted::new(&rays, &self.bvh, false) {
             let found = self.intersect_sorted(&sorted);
             self.give_hits(sorted.give(&found, 0), &mut hits);
         } else {
@@ -66,7 +66,7 @@ impl Scene {
     /// [`ShapeError`] if there are not as many hits as rays.
     pub fn par_intersect_batch(&self, rays: Rays<'_>, hits: Hits<'_>) -> Result<(), ShapeError> {
         ShapeError::check("hits", hits.len(), "rays", rays.len())?;
-        if let Some(sorted) = Sorted::new(&rays, self.size(), true) {
+        if let Some(sorted) = Sorted::new(&rays, &self.bvh, true) {
             let found = self.intersect_sorted(&sorted);
             par_chunks(0, hits, &|start, mut hits| {
                 self.give_hits(sorted.give(&found, start), &mut hits);
@@ -83,11 +83,6 @@ impl Scene {
         batch::intersect(&self.bvh, rays, hits, |prim_ids, geom_ids| {
             self.name_geometries(prim_ids, geom_ids);
         });
-    }
-
-    /// The largest extent.
-    fn size(&self) -> f32 {
-        (self.bvh.bounds.max - self.bvh.bounds.min).max_element()
     }
 
     /// `t`, `u`, `v` and the id over all geometries.
@@ -119,7 +114,7 @@ impl Scene {
     /// [`ShapeError`] if there are not as many results as rays.
     pub fn occluded_batch(&self, rays: Rays<'_>, occluded: &mut [bool]) -> Result<(), ShapeError> {
         ShapeError::check("occluded", occluded.len(), "rays", rays.len())?;
-        if let Some(sorted) = Sorted::new(&rays, self.size(), false) {
+        if let Some(sorted) = Sorted::new(&rays, &self.bvh, false) {
             let found = self.occluded_sorted(&sorted);
             give_occluded(sorted.give(&found, 0), occluded);
         } else {
@@ -140,7 +135,7 @@ impl Scene {
         ShapeError::check("occluded", occluded.len(), "rays", rays.len())?;
         let chunks = occluded.par_chunks_mut(CHUNK).enumerate();
         let chunks = chunks.map(|(chunk, occluded)| (chunk * CHUNK, occluded));
-        if let Some(sorted) = Sorted::new(&rays, self.size(), true) {
+        if let Some(sorted) = Sorted::new(&rays, &self.bvh, true) {
             let found = self.occluded_sorted(&sorted);
             chunks.for_each(|(start, occluded)| {
                 give_occluded(sorted.give(&found, start), occluded);

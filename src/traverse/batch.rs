@@ -5,7 +5,7 @@ use super::pace::Pace;
 use super::rest::Rest;
 use super::stream::Stream;
 use super::tile::Tile;
-use super::{Closest, packet};
+use super::{Closest, ones, packet};
 use crate::bvh::Bvh;
 use crate::hit::{Hits, NO_HIT};
 use crate::kernels::ScaledRay;
@@ -75,6 +75,20 @@ fn trace<const ANY: bool>(
             done(start, group, (end - start).min(Native::LANES));
         }
     }
+}
+
+/// The share of the rays that tiles would leave to go on their own.
+pub(super) fn share_alone(bvh: &Bvh, rays: Rays<'_>) -> f32 {
+    let mut tile = Tile::<Native>::new(bvh);
+    let mut pace = Pace::new();
+    let mut alone = 0;
+    for start in (0..rays.len()).step_by(TILE_RAYS) {
+        tile.load(rays.range(start, (start + TILE_RAYS).min(rays.len())));
+        tile.trace::<false>(bvh, &mut pace);
+        alone +=
+            ones(tile.rest.groups()).map(|group| tile.rest.lanes(group).count_ones()).sum::<u32>();
+    }
+    alone as f32 / rays.len() as f32
 }
 
 /// The closest hit of one ray.

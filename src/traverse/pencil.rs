@@ -7,7 +7,7 @@
 
 use glam::{Vec2, Vec3};
 
-use crate::ray::Rays;
+use crate::ray::{RayBatch, Rays};
 
 /// Fewer rays are left as they come. Camera rays and shadow rays of bunny, atrium and terrain, shuffled,
 /// over unsorted ones: 2^16 rays 1.11, 0.91, 0.95 and 1.28, 1.34, 1.23; 2^18 1.38, 1.23, 1.39 and 1.51, 1.51,
@@ -52,7 +52,7 @@ impl Pencil {
         if rays.len() < FEWEST || u32::try_from(rays.len()).is_err() {
             return None;
         }
-        let looks = || (0..LOOKS).flat_map(|look| run(look, rays.len()));
+        let looks = || looks(rays.len());
         let starts = bounds(looks().map(|index| rays.get(index).origin));
         let ends = bounds(looks().map(|index| {
             let ray = rays.get(index);
@@ -87,6 +87,11 @@ impl Pencil {
         strewn.then_some(Self { low: low.truncate(), scale, ..pencil })
     }
 
+    /// Some of the rays, run by run: enough to tell how all of them are.
+    pub(super) fn sample(rays: &Rays<'_>) -> RayBatch {
+        looks(rays.len()).map(|index| rays.get(index)).collect()
+    }
+
     /// Gives each ray its key, [`KEY_BITS`] bits. A ray without a direction has any key.
     pub(super) fn keys(&self, rays: &Rays<'_>, keys: &mut [u32]) {
         for (index, key) in keys.iter_mut().enumerate() {
@@ -117,6 +122,11 @@ impl Pencil {
         let beyond = |of: f32, other: f32| (1.0 - other.abs()).copysign(of);
         if z < 0.0 { Vec2::new(beyond(u, v), beyond(v, u)) } else { Vec2::new(u, v) }
     }
+}
+
+/// The rays of all looks.
+fn looks(rays: usize) -> impl Iterator<Item = usize> {
+    (0..LOOKS).flat_map(move |look| run(look, rays))
 }
 
 /// The rays of one look.
@@ -154,7 +164,7 @@ fn spread_bits(bits: u32) -> u32 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::ray::{Ray, RayBatch};
+    use crate::ray::Ray;
 
     /// Rays in rows; the numbers are strewn if they are multiplied by `step`.
     fn rays(step: usize, ray: impl Fn(Vec3) -> Ray) -> RayBatch {

@@ -12,9 +12,16 @@ use rayon::prelude::*;
 
 use bytemuck::Pod;
 
+use super::batch::share_alone;
 use super::pencil::{KEY_BITS, Pencil};
+use crate::bvh::Bvh;
 use crate::pages::Pages;
 use crate::ray::{RayBatch, Rays};
+
+/// Rays are sorted if tiles leave at least this share of them alone. In views from near, from far, from
+/// inside and at a grazing angle of four scenes it was 0.03 to 0.09 where the sort lost (most rays met
+/// nothing, 0.3 to 0.7 of the speed), and 0.59 to 1 where it won.
+const LEAST_ALONE: f32 = 0.3;
 
 /// How many rays a bucket should have. With 5 to 12 bits for buckets, camera rays and shadow rays of the
 /// bunny, the atrium and the terrain, 2^20 of them, differ by a tenth, and from 8 bits on by a twentieth.
@@ -56,10 +63,17 @@ pub(crate) struct Sorted {
 }
 
 impl Sorted {
-    /// Sorts the rays, on the rayon pool if `parallel`. `None` if that is not worth it in a scene of that
-    /// size.
-    pub(crate) fn new(rays: &Rays<'_>, size: f32, parallel: bool) -> Option<Self> {
+    /// Sorts the rays, on the rayon pool if `parallel`. `None` if that is not worth it.
+    pub(crate) fn new(rays: &Rays<'_>, bvh: &Bvh, parallel: bool) -> Option<Self> {
+        let size = (bvh.bounds.max - bvh.bounds.min).max_element();
         let pencil = Pencil::of(rays, size)?;
+        if share_alone(bvh, Pencil::sample(rays).as_rays()) < LEAST_ALONE {
+            return None;
+        }
+        Some(Self::by_keys(rays, &pencil, parallel))
+    }
+
+    fn by_keys(rays: &Rays<'_>, pencil: &Pencil, parallel: bool) -> Self {
         let count = rays.len();
         let bucket_bits = (count / BUCKET).max(2).ilog2().min(MOST_BUCKET_BITS);
         let shift = KEY_BITS - bucket_bits;
@@ -102,7 +116,7 @@ impl Sorted {
                 &in_all[part],
             )
         });
-        Some(Self { parts, starts, places })
+        Self { parts, starts, places }
     }
 
     /// Traces the rays, on the rayon pool if there are parts, and gives what they found, in the order
@@ -294,8 +308,8 @@ mod tests {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(2).build().expect("a pool");
         for parallel in [false, true] {
             let steps = std::sync::Mutex::new(0.0);
-            let sorted = pool.install(|| Sorted::new(&rays.as_rays(), 1.0, parallel));
-            let sorted = sorted.expect("these are in no order");
+            let pencil = Pencil::of(&rays.as_rays(), 1.0).expect("these are in no order");
+            let sorted = pool.install(|| Sorted::by_keys(&rays.as_rays(), &pencil, parallel));
             assert_eq!(sorted.parts.len() > 1, parallel);
             let found = sorted.trace(|rays, places, found: &mut [u32]| {
                 assert_eq!(rays.len(), places.len());
