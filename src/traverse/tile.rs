@@ -26,6 +26,7 @@ use super::rest::Rest;
 use super::visits::count;
 use super::{ones, stack_size};
 use crate::bvh::{Bvh, Child, Node, PrimKind, WIDTH};
+use crate::prefetch::Shelves;
 use crate::ray::Rays;
 use crate::simd::{F32x8, LaneMask, Lanes, each};
 
@@ -55,6 +56,7 @@ pub(super) struct Tile<F: Lanes> {
     lanes: [u32; GROUPS],
     /// What is left of the descent's budget.
     budget: u32,
+    shelves: Shelves<4>,
 }
 
 impl<F: Lanes> Tile<F> {
@@ -70,6 +72,7 @@ impl<F: Lanes> Tile<F> {
             lanes: [0; GROUPS],
             stack: vec![Waiting::default(); stack_size(bvh)],
             budget: 0,
+            shelves: bvh.shelves(),
         }
     }
 
@@ -231,6 +234,7 @@ impl<F: Lanes> Tile<F> {
             }
             let start = starts[slot];
             let (index, meta) = (node.index[slot], node.meta[slot]);
+            self.shelves.ask(Child::shelf(meta), index as usize);
             let mut place = waiting;
             while !ANY && place > base && self.stack[place - 1].start < start {
                 self.stack[place] = self.stack[place - 1];
