@@ -1,5 +1,5 @@
-//! The kernels give the same bits on 1, 8 and 16 lanes, and the slab test never turns away a box
-//! whose primitive a kernel meets.
+//! The kernels give the same bits on 1, 8 and 16 lanes; the slab test never turns away a box whose
+//! primitive a kernel meets, nor does an outline a ray.
 
 mod made;
 
@@ -8,7 +8,7 @@ use made::shapes::Shape;
 use made::{CHAOS_KINDS, RAY_KINDS, Random, chaos, rays, run};
 use octray::geometry::Aabb;
 use octray::kernels::{
-    Met, ScaledRay, SlabRay, intersect_quad, intersect_sphere, intersect_triangle,
+    Met, Outlines, ScaledRay, SlabRay, intersect_quad, intersect_sphere, intersect_triangle,
     occluded_by_sphere,
 };
 use octray::simd::{F32x8, F32x16, LaneMask, Lanes};
@@ -259,4 +259,59 @@ fn spheres_occlude_where_they_are_met() {
         hits
     });
     assert!(met > 500_000, "only {met} hits");
+}
+
+/// Rays of one start through corners, edges, insides and besides: an outline keeps those that the
+/// triangle's own test says meet it, and turns others away.
+#[test]
+fn outlines_keep_every_ray_that_meets() {
+    let turned_away = std::sync::atomic::AtomicU64::new(0);
+    let missed = std::sync::atomic::AtomicU64::new(0);
+    run("outlines", 9, 4000, |random, number| {
+        let shapes = chaos(random, number % CHAOS_KINDS, 40);
+        let triangles: Vec<[Vec3; 3]> = shapes
+            .0
+            .iter()
+            .filter_map(|shape| match shape {
+                Shape::Triangle(corners) => Some(*corners),
+                _ => None,
+            })
+            .collect();
+        let mut tried = 0;
+        for eight in triangles.chunks_exact(8) {
+            let [a, b, c] = random.pick(eight);
+            let start = a + (b - a) * random.signed() + random.vec() * (c - a) * random.scale(0, 4);
+            let corner = |field: usize| {
+                let part = |lane: usize| eight[lane][field / 3][field % 3] - start[field % 3];
+                F32x8::new(std::array::from_fn(part))
+            };
+            let outlines = Outlines::new(&std::array::from_fn(corner));
+            for (place, &corners) in eight.iter().enumerate() {
+                for kind in 0..8 {
+                    let [a, b, c] = corners;
+                    let (u, v) = match kind {
+                        0 => (0.0, 0.0),
+                        1 => (1.0, 0.0),
+                        2 | 3 => (random.unit(), 0.0),
+                        4 => (random.unit() * 0.5, random.unit() * 0.5),
+                        5 => (random.unit() * 1e-6, random.unit()),
+                        _ => (random.signed() * 2.0, random.signed() * 2.0),
+                    };
+                    let target = a + (b - a) * u + (c - a) * v;
+                    let ray = Ray::new(start, (target - start) * random.scale(-3, 3));
+                    let scaled = scaled::<f32>(&[ray], 1);
+                    let met = meet::<f32>(&[ray], &[Numbers::Triangle(corners)], 1)[0].is_some();
+                    let kept = outlines.may_meet(place, &scaled.dir);
+                    assert!(kept || !met, "{corners:?}, {ray:?}");
+                    let one = std::sync::atomic::Ordering::Relaxed;
+                    missed.fetch_add(u64::from(!met), one);
+                    turned_away.fetch_add(u64::from(!kept), one);
+                    tried += 1;
+                }
+            }
+        }
+        tried
+    });
+    let (turned_away, missed) = (turned_away.into_inner(), missed.into_inner());
+    assert!(10 * turned_away > missed, "{turned_away} of {missed} misses turned away");
 }

@@ -10,6 +10,7 @@
 mod beam;
 mod cone;
 mod occlusion;
+mod outline;
 mod pyramid;
 mod quad;
 mod scaled;
@@ -20,6 +21,7 @@ mod triangle;
 pub use beam::{Beam, BeamAxes, Bounds, beam_margin};
 pub use cone::Footprint;
 pub use occlusion::occluded_by_sphere;
+pub use outline::Outlines;
 pub use pyramid::{Pyramids, Verdict};
 pub use quad::intersect_quad;
 pub use scaled::{Projected, ScaledRay, Sheared};

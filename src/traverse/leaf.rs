@@ -1,6 +1,7 @@
 //! A leaf in registers: its primitives side by side, and the box of each.
 
 use crate::bvh::LeafArray;
+use crate::kernels::Outlines;
 use crate::simd::{F32x8, Lanes, each};
 
 /// How many fields a sphere has; all other primitives are points alone.
@@ -33,6 +34,12 @@ impl<'a, const FIELDS: usize> Leaf<'a, FIELDS> {
         for (field, lanes) in self.lanes.iter_mut().enumerate() {
             *lanes -= origin[field % 3];
         }
+    }
+
+    /// The outlines of triangles that are relative to where all rays start; `None` for other primitives.
+    #[inline(always)]
+    pub(super) fn outlines(&self) -> Option<Outlines> {
+        <&[F32x8; 9]>::try_from(self.lanes.as_slice()).ok().map(Outlines::new)
     }
 
     /// The fields of one primitive.

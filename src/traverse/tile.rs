@@ -295,17 +295,24 @@ impl<F: Lanes> Tile<F> {
         if C::FAN && FIELDS != SPHERE_FIELDS {
             leaf.shift(cull.origin());
         }
+        let outlines = if C::FAN { leaf.outlines() } else { None };
         let mut places = places & ((1 << leaf.count) - 1);
         let mut closer = 0;
         while places != 0 {
             let place = places.trailing_zeros();
             places &= places - 1;
-            let met = cull.groups(&boxes, place as usize).0 & groups & self.live;
+            let mut met = cull.groups(&boxes, place as usize).0 & groups & self.live;
             if met == 0 {
                 continue;
             }
             count(|visits| visits.primitives += 1);
             self.spend(pace::PRIMITIVE * met.count_ones());
+            if let Some(outlines) = &outlines {
+                let inside = |index: usize| {
+                    outlines.may_meet(place as usize, &self.groups[index & 15].ray.dir)
+                };
+                met = ones(met).fold(0, |met, index| met | u32::from(inside(index)) << index);
+            }
             let fields = leaf.fields(place as usize);
             let id = leaf.ids[place as usize];
             for index in ones(met) {
