@@ -281,6 +281,12 @@ fn exponentially_spaced_primitives_keep_the_depth_bounded() {
 struct Nested;
 
 impl PrimitiveSource for Nested {
+    fn boxes(&self, first: u32, into: &mut [BuildPrimitive]) {
+        for (one, id) in into.iter_mut().zip(first..) {
+            let bounds = octray::Aabb::of_points(&self.triangle(id));
+            *one = BuildPrimitive::new(bounds, PrimKind::Triangle, id);
+        }
+    }
     fn triangle(&self, id: u32) -> [Vec3; 3] {
         let size = 2_f32.powi(id as i32 % 240 - 120);
         [Vec3::ZERO, Vec3::X * size, Vec3::Y * size]
@@ -296,15 +302,8 @@ impl PrimitiveSource for Nested {
 /// A builder's worst case without a scene around it.
 #[test]
 fn nested_boxes_keep_the_depth_bounded() {
-    let primitives = (0..20_000)
-        .map(|i| {
-            let bounds = octray::Aabb::of_points(&Nested.triangle(i));
-            BuildPrimitive::new(bounds, PrimKind::Triangle, i)
-        })
-        .collect();
     for quality in BuildQuality::ALL {
-        let primitives = Vec::clone(&primitives);
-        let bvh = Bvh::build(primitives, 20_000, &Nested, quality, &Watch::new()).unwrap();
+        let bvh = Bvh::build(20_000, &Nested, quality, &Watch::new()).unwrap();
         bvh.validate().unwrap();
         assert!(bvh.depth <= MAX_DEPTH);
     }

@@ -1,7 +1,9 @@
 //! The binary tree that comes before the tree of eight.
 
+use super::node::Child;
+use super::outlook::Outlook;
 use super::plan::Plan;
-use super::primitive::SignedBox;
+use super::primitive::{PrimitiveKey, SignedBox};
 use crate::geometry::Aabb;
 
 /// A node of the binary tree.
@@ -13,7 +15,8 @@ pub(super) struct BinaryNode {
     /// How many there are.
     pub(super) count: u32,
     /// How far on its second child is; the first comes right after the node. 0 in a leaf, and in
-    /// a node of the top that stands for a treelet, `first` is then the treelet's number.
+    /// a node of the top that stands for a node of a treelet: `first` is then the treelet's number,
+    /// `count` the node's.
     pub(super) second: u32,
     pub(super) plan: Plan,
 }
@@ -41,12 +44,33 @@ impl BinaryNode {
         let (first, count) = (first as u32, count as u32);
         Self { bounds: bounds.aabb(), first, count, second: 0, plan: Plan::default() }
     }
+
+    /// A leaf of primitives that are laid out, without plan: `first` is their kind and slot, `second`
+    /// what is expected of it.
+    pub(super) fn laid(bounds: SignedBox, child: Child, outlook: Outlook) -> Self {
+        let Child::Leaf { kind, first, count } = child else { unreachable!("it is a leaf") };
+        let node = Self::new(bounds, 0, count as usize);
+        let first = PrimitiveKey::new(kind, first).bits();
+        Self { first, second: outlook.stopped_bits(), ..node }
+    }
+
+    /// What [`BinaryNode::laid`] was given.
+    pub(super) fn as_laid(&self) -> (Child, Outlook) {
+        let slot = PrimitiveKey::from_bits(self.first);
+        let child = Child::Leaf { kind: slot.kind(), first: slot.id(), count: self.count };
+        (child, Outlook::of_stopped_bits(self.second))
+    }
+
+    /// Stands for a node of a treelet.
+    pub(super) fn link(treelet: u32, node: u32) -> Self {
+        Self { first: treelet, ..Self::new(SignedBox::empty(), 0, node as usize) }
+    }
 }
 
 impl BinaryTree {
-    /// A tree that is one treelet, the root of which is a copy of `root`.
-    pub(super) fn treelet(root: BinaryNode, nodes: Vec<BinaryNode>, mixed: bool) -> Self {
-        Self { top: vec![root], treelets: vec![nodes], mixed }
+    /// A tree that is one treelet.
+    pub(super) fn treelet(nodes: Vec<BinaryNode>, mixed: bool) -> Self {
+        Self { top: vec![BinaryNode::link(0, 0)], treelets: vec![nodes], mixed }
     }
 
     /// A tree with these two below its root.
@@ -83,12 +107,13 @@ impl<'a> Cursor<'a> {
         [self.index + 1, second].map(|index| Self { index, ..self }.resolved())
     }
 
-    /// From a node of the top that stands for a treelet to the treelet's root.
+    /// From a node of the top that stands for a node of a treelet to that.
     #[inline(always)]
     fn resolved(self) -> Self {
         let node = self.node();
         if std::ptr::eq(self.nodes, self.tree.top.as_slice()) && node.second == 0 {
-            Self { nodes: &self.tree.treelets[node.first as usize], index: 0, ..self }
+            let (treelet, index) = (node.first as usize, node.count as usize);
+            Self { nodes: &self.tree.treelets[treelet], index, ..self }
         } else {
             self
         }

@@ -4,7 +4,9 @@
 //! A primitive's bin is found by one formula, in the search and in the partition, so both agree.
 
 use glam::Vec4;
+use rayon::prelude::*;
 
+use super::build::CHUNK;
 use super::primitive::SignedBox;
 use crate::simd::F32x8;
 
@@ -141,6 +143,43 @@ impl<const N: usize> Bins<N> {
         limit[best.0] = INTEGER + best.1 as f32;
         Some(Split { grid: *grid, limit: limit.into(), bounds: [best_left, best_right] })
     }
+}
+
+/// Below this count a range has half as many bins: the search of the bins is most of its time.
+const FEW: usize = 64;
+
+/// Below this count a quarter.
+const VERY_FEW: usize = 24;
+
+/// Where it is cheapest to split a range, with coordinates scaled for areas; `None` if all centres are
+/// in one bin.
+#[inline(always)]
+pub(super) fn cheapest_split<B: Binned>(
+    primitives: &[B],
+    range: Range,
+    area_scale: f32,
+) -> Option<Split> {
+    match primitives.len() {
+        ..VERY_FEW => binned::<B, 4>(primitives, range, area_scale),
+        VERY_FEW..FEW => binned::<B, 8>(primitives, range, area_scale),
+        _ => binned::<B, 16>(primitives, range, area_scale),
+    }
+}
+
+#[inline(always)]
+fn binned<B: Binned, const N: usize>(
+    primitives: &[B],
+    range: Range,
+    area_scale: f32,
+) -> Option<Split> {
+    let grid = Grid::new(range.centers, N);
+    let bins = if primitives.len() > CHUNK {
+        let chunks = primitives.par_chunks(CHUNK).map(|chunk| Bins::<N>::of(chunk, &grid));
+        chunks.reduce_with(Bins::merged).expect("not empty")
+    } else {
+        Bins::of(primitives, &grid)
+    };
+    bins.cheapest_split(&grid, area_scale)
 }
 
 /// A plane between two bins of one axis.

@@ -1,9 +1,8 @@
 //! A binary tree over boxes by the surface area heuristic, and the plan of the tree of eight.
 //!
 //! The builder sees boxes, kinds and ids, never primitives. Neighbours are put together first
-//! (`clusters`, or for the fastest build `curve`), and the top of the tree is split by clusters
-//! (`crown`). What follows partitions one array in place, or leaves it as the curve has it (`linear`),
-//! so the order of its entries afterwards is the order of the tree's leaves. The top of the tree is
+//! (`clusters`), and the top of the tree is split by clusters (`crown`). What follows partitions one
+//! array in place, so the order of its entries afterwards is that of the tree's leaves. The top is
 //! split by all threads; below [`TREELET`] primitives a *treelet* belongs to one thread. What is done
 //! follows from the counts alone: the tree is the same for every number of threads.
 //!
@@ -12,11 +11,11 @@
 
 use rayon::prelude::*;
 
+use super::PrimitiveSource;
 use super::binary::{BinaryNode, BinaryTree};
-use super::binning::{Binned, Bins, Grid, Range, Split};
+use super::binning::{self, Range};
 use super::clusters::{self, Sorted};
 use super::crown::Bunch;
-use super::curve;
 use super::node::MAX_LEAF;
 use super::plan::{self, Costs};
 use super::primitive::BuildPrimitive;
@@ -32,35 +31,19 @@ pub const MAX_DEPTH: usize = SAH_DEPTH + 28;
 /// How many splits are chosen by cost on one way before ranges are halved.
 pub(super) const SAH_DEPTH: usize = 48;
 
-/// Below this count a range has half as many bins: the search of the bins is most of its time.
-const FEW: usize = 64;
-
-/// Below this count a quarter.
-const VERY_FEW: usize = 24;
-
 /// Up to this count a range is built by the thread that has it.
 pub(super) const TREELET: usize = 4096;
 
 /// Larger ranges are binned and partitioned in chunks of this size.
-const CHUNK: usize = 16_384;
+pub(super) const CHUNK: usize = 16_384;
 
-/// What the qualities differ in.
-pub(super) struct Effort {
-    /// Fewer clusters than this are split primitive by primitive,
-    pub(super) few_clusters: usize,
-    /// and so are clusters with no more primitives than this.
-    pub(super) few_primitives: usize,
-}
-
-impl Effort {
-    fn of(quality: BuildQuality) -> Self {
-        match quality {
-            BuildQuality::Fast => Self { few_clusters: 2, few_primitives: 8 },
-            BuildQuality::Balanced | BuildQuality::High => {
-                Self { few_clusters: 8, few_primitives: 128 }
-            }
-        }
-    }
+/// The boxes of all primitives.
+pub(super) fn boxes(ids: usize, source: &impl PrimitiveSource) -> Vec<BuildPrimitive> {
+    let mut primitives = vec![BuildPrimitive::left_out(); ids];
+    primitives.par_chunks_mut(CHUNK).enumerate().for_each(|(chunk, primitives)| {
+        source.boxes((chunk * CHUNK) as u32, primitives);
+    });
+    primitives
 }
 
 /// Sorts `primitives` into leaf order and returns the tree over them, and the box around them.
@@ -75,17 +58,13 @@ pub(super) fn build(
     let range = primitives.par_chunks(CHUNK).map(Range::of).reduce(Range::empty, Range::union);
     let mixed = primitives.par_chunks(CHUNK).any(|chunk| !one_kind(chunk, primitives[0]));
     let bounds = range.bounds.aabb();
-    let extent = bounds.min.abs().max(bounds.max.abs()).max_element();
-    let area_scale = (1.0 / extent).min(f32::MAX);
-    let builder = Builder { effort: Effort::of(quality), area_scale, mixed, watch };
-    let Sorted { primitives: sorted, keys, mut clusters } = match quality {
-        BuildQuality::Fast => curve::sort(primitives, range),
-        _ => clusters::sort(primitives, range),
-    };
+    let area_scale = area_scale(&bounds);
+    let builder = Builder { area_scale, mixed, watch };
+    let Sorted { primitives: sorted, mut clusters } = clusters::sort(primitives, range);
     watch.check()?;
     let range = clusters.par_chunks(CHUNK).map(Range::of).reduce(Range::empty, Range::union);
-    let (clusters, sorted, keys) = (clusters.as_mut_slice(), sorted.as_slice(), keys.as_slice());
-    let bunch = Bunch { sorted, keys, clusters, primitives, first: 0, range, depth: 0 };
+    let (clusters, sorted) = (clusters.as_mut_slice(), sorted.as_slice());
+    let bunch = Bunch { sorted, clusters, primitives, first: 0, range, depth: 0 };
     let (mut tree, _) = builder.crown(bunch);
     watch.check()?;
     tree.link();
@@ -95,13 +74,18 @@ pub(super) fn build(
     Ok((tree, bounds))
 }
 
+/// What coordinates within `bounds` are multiplied by before areas are taken.
+pub(super) fn area_scale(bounds: &Aabb) -> f32 {
+    let extent = bounds.min.abs().max(bounds.max.abs()).max_element();
+    (1.0 / extent).min(f32::MAX)
+}
+
 fn one_kind(primitives: &[BuildPrimitive], like: BuildPrimitive) -> bool {
     primitives.iter().all(|one| one.kind() == like.kind())
 }
 
 /// Splits ranges of primitives until they are leaves.
 pub(super) struct Builder<'a> {
-    pub(super) effort: Effort,
     /// What coordinates are multiplied by before areas are taken.
     pub(super) area_scale: f32,
     /// True if primitives are of several kinds.
@@ -127,7 +111,7 @@ impl Builder<'_> {
             fill(&mut nodes)
         };
         self.watch.add(count);
-        (BinaryTree::treelet(root, nodes, self.mixed), costs)
+        (BinaryTree::treelet(nodes, self.mixed), costs)
     }
 
     /// Builds with all threads the tree over `primitives`, which start at `first`.
@@ -203,7 +187,7 @@ impl Builder<'_> {
             return None;
         }
         if depth < SAH_DEPTH
-            && let Some(split) = self.cheapest_split(primitives, range)
+            && let Some(split) = binning::cheapest_split(primitives, range, self.area_scale)
         {
             return Some(split.partition(primitives));
         }
@@ -218,30 +202,5 @@ impl Builder<'_> {
         };
         let (left, right) = primitives.split_at(middle);
         Some((middle, [Range::of(left), Range::of(right)]))
-    }
-
-    #[inline(always)]
-    pub(super) fn cheapest_split<B: Binned>(
-        &self,
-        primitives: &[B],
-        range: Range,
-    ) -> Option<Split> {
-        match primitives.len() {
-            ..VERY_FEW => self.binned::<B, 4>(primitives, range),
-            VERY_FEW..FEW => self.binned::<B, 8>(primitives, range),
-            _ => self.binned::<B, 16>(primitives, range),
-        }
-    }
-
-    #[inline(always)]
-    fn binned<B: Binned, const N: usize>(&self, primitives: &[B], range: Range) -> Option<Split> {
-        let grid = Grid::new(range.centers, N);
-        let bins = if primitives.len() > CHUNK {
-            let chunks = primitives.par_chunks(CHUNK).map(|chunk| Bins::<N>::of(chunk, &grid));
-            chunks.reduce_with(Bins::merged).expect("not empty")
-        } else {
-            Bins::of(primitives, &grid)
-        };
-        bins.cheapest_split(&grid, self.area_scale)
     }
 }

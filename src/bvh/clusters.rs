@@ -31,8 +31,6 @@ pub(super) struct Cluster {
 /// Primitives in an order that has neighbours together.
 pub(super) struct Sorted {
     pub(super) primitives: Vec<BuildPrimitive>,
-    /// Their places on a curve, ascending; none if they are sorted by cells.
-    pub(super) keys: Vec<u32>,
     pub(super) clusters: Vec<Cluster>,
 }
 
@@ -101,7 +99,7 @@ pub(super) fn sort(primitives: &[BuildPrimitive], range: Range) -> Sorted {
         count,
     };
     runs.into_par_iter().map(cluster).collect_into_vec(&mut clusters);
-    Sorted { primitives: sorted, keys: Vec::new(), clusters }
+    Sorted { primitives: sorted, clusters }
 }
 
 /// In how many parts so many primitives are sorted.

@@ -1,27 +1,28 @@
 //! From the binary tree and its plan to nodes of eight children, and the primitives in leaf order.
 //!
 //! The nodes near the root are made first. What hangs below them is cut into tasks of up to
-//! [`TASK`] primitives, each with its own part of every leaf array: all threads lay them out at
-//! once, and nodes and leaves come in the same order for every number of threads.
-
-use std::cell::Cell;
-use std::sync::atomic::{AtomicU32, Ordering};
+//! [`TASK`] primitives, each with its own part of every leaf array if leaves are laid out here: all
+//! threads work at once, and nodes and leaves come in the same order for every number of threads.
 
 use rayon::prelude::*;
 
-use super::binary::{BinaryTree, Cursor};
-use super::leaves::{DROPPED, LeafArray, LeafPart, Leaves, packed_slot};
+use super::PrimitiveSource;
+use super::binary::{BinaryNode, BinaryTree, Cursor};
+use super::lay::{Layer, Room, Shape};
+use super::leaves::Leaves;
 use super::node::{Child, MAX_LEAF, Node, WIDTH};
 use super::outlook::{self, Outlook, Slot};
 use super::primitive::PrimitiveKey;
 use super::watch::{Cancelled, Watch};
-use super::{PrimKind, PrimitiveSource};
 use crate::geometry::Aabb;
 
 /// A subtree of up to this many primitives is laid out by one thread.
 const TASK: usize = 8192;
 
-/// Nodes, leaves and the depth of the wide tree.
+/// There are rarely more nodes than one for so many primitives.
+const PER_NODE: usize = 16;
+
+/// Nodes and the depth of the wide tree over primitives that are not laid out yet, and their leaves.
 pub(super) fn collapse(
     tree: &BinaryTree,
     primitives: &[PrimitiveKey],
@@ -30,77 +31,63 @@ pub(super) fn collapse(
     watch: &Watch<'_>,
 ) -> Result<(Vec<Node>, Leaves, usize), Cancelled> {
     if primitives.is_empty() {
-        let leaves = Leaves {
-            triangles: LeafArray::with_len(0),
-            quads: LeafArray::with_len(0),
-            spheres: LeafArray::with_len(0),
-            slot_of: vec![DROPPED; ids],
-        };
-        return Ok((Vec::new(), leaves, 0));
+        return Ok((Vec::new(), Room::new(ids, &[]).leaves(), 0));
     }
-    let mut top = Top::default();
-    top.add(tree.root(), 1);
-    let Top { nodes: mut top, tasks } = top;
-
+    let top = Top::of(tree);
     let counts: Vec<[usize; 3]> =
-        tasks.par_iter().map(|task| task.kinds(primitives, tree.mixed)).collect();
-    let of_kind = |kind: PrimKind| counts.iter().map(move |counts| counts[kind as usize]);
-    let slot_of: Vec<AtomicU32> =
-        (0..ids).into_par_iter().map(|_| AtomicU32::new(DROPPED)).collect();
-    let mut leaves = Leaves {
-        triangles: LeafArray::with_len(of_kind(PrimKind::Triangle).sum()),
-        quads: LeafArray::with_len(of_kind(PrimKind::Quad).sum()),
-        spheres: LeafArray::with_len(of_kind(PrimKind::Sphere).sum()),
-        slot_of: Vec::new(),
-    };
-    let triangles = leaves.triangles.parts(of_kind(PrimKind::Triangle)).into_par_iter();
-    let quads = leaves.quads.parts(of_kind(PrimKind::Quad)).into_par_iter();
-    let spheres = leaves.spheres.parts(of_kind(PrimKind::Sphere)).into_par_iter();
-    let parts: Vec<Part> = (tasks.par_iter(), triangles, quads, spheres)
-        .into_par_iter()
-        .map(|(task, triangles, quads, spheres)| {
-            let nodes = Vec::new();
-            let (slot_of, depth) = (slot_of.as_slice(), 0);
-            let mut layout =
-                Layout { primitives, source, slot_of, triangles, quads, spheres, nodes, depth };
-            // Cancelled, nobody will see what is missing.
-            let (root, outlook) = match watch.is_cancelled() {
-                true => (Child::EMPTY, Outlook::default()),
-                false => layout.child(task.root, task.depth),
-            };
-            watch.add(task.root.node().count as usize);
-            Part { root, outlook, nodes: layout.nodes, depth: layout.depth }
-        })
-        .collect();
-    watch.check()?;
-    leaves.slot_of = slot_of.into_iter().map(AtomicU32::into_inner).collect();
+        top.tasks.par_iter().map(|task| task.kinds(primitives, tree.mixed)).collect();
+    let mut room = Room::new(ids, &counts);
+    let layers = room.layers(&counts).into_iter();
+    let hands = layers.map(|layer| Laying { primitives, source, layer }).collect();
+    let (nodes, depth) = top.nodes(hands, watch)?;
+    Ok((nodes, room.leaves(), depth))
+}
 
-    let made: usize = parts.iter().map(|part| part.nodes.len()).sum();
-    let mut nodes = Vec::with_capacity(top.len() + made);
-    nodes.resize(top.len(), Node::empty());
-    let mut depth = 0;
-    for (task, part) in tasks.iter().zip(parts) {
-        // A part's nodes know each other by their places in it.
-        let first = nodes.len() as u32;
-        let slot = &mut top[task.node].slots[task.slot];
-        (slot.child, slot.outlook) = (part.root.moved(first), part.outlook);
-        nodes.extend(part.nodes.iter().map(|node| node.moved(first)));
-        depth = depth.max(task.depth).max(part.depth);
+/// Nodes and the depth of the wide tree whose leaves are laid out already.
+pub(super) fn collapse_laid(
+    tree: &BinaryTree,
+    watch: &Watch<'_>,
+) -> Result<(Vec<Node>, usize), Cancelled> {
+    if tree.top.is_empty() {
+        return Ok((Vec::new(), 0));
     }
-    // From below, since what is expected of a node follows from its children.
-    let mut outlooks = vec![Outlook::default(); top.len()];
-    for (place, node) in top.iter_mut().enumerate().rev() {
-        let slots = &mut node.slots[..node.count];
-        for slot in &mut *slots {
-            if let Child::Inner(child) = slot.child
-                && let Some(outlook) = outlooks.get(child as usize)
-            {
-                slot.outlook = *outlook;
-            }
+    let top = Top::of(tree);
+    let hands = top.tasks.iter().map(|_| Laid).collect();
+    top.nodes(hands, watch)
+}
+
+/// What makes leaves of binary ones.
+trait Hand {
+    fn leaf(&mut self, leaf: &BinaryNode) -> (Child, Outlook);
+}
+
+/// Lays the primitives of a leaf out.
+struct Laying<'a, S> {
+    primitives: &'a [PrimitiveKey],
+    source: &'a S,
+    layer: Layer<'a>,
+}
+
+impl<S: PrimitiveSource> Hand for Laying<'_, S> {
+    fn leaf(&mut self, leaf: &BinaryNode) -> (Child, Outlook) {
+        let keys = range(leaf, self.primitives);
+        let mut shapes = [Shape::none(); MAX_LEAF];
+        for (shape, &key) in shapes.iter_mut().zip(keys) {
+            *shape = Shape::of(key, self.source);
         }
-        outlooks[place] = outlook::arrange(&mut nodes[place], slots, &node.bounds);
+        let laid = self.layer.leaf(&shapes[..keys.len()]);
+        (laid.child, Outlook::of_leaf(laid.surface, &leaf.bounds))
     }
-    Ok((nodes, leaves, depth))
+}
+
+/// Finds leaves laid out.
+struct Laid;
+
+impl Hand for Laid {
+    #[inline(always)]
+    fn leaf(&mut self, leaf: &BinaryNode) -> (Child, Outlook) {
+        leaf.as_laid()
+    }
 }
 
 /// The up to eight children of the node that is made of `root`.
@@ -153,7 +140,7 @@ struct Task<'a> {
 impl Task<'_> {
     /// How many primitives there are of each kind.
     fn kinds(&self, primitives: &[PrimitiveKey], mixed: bool) -> [usize; 3] {
-        let (mut counts, range) = ([0; 3], range(self.root, primitives));
+        let (mut counts, range) = ([0; 3], range(self.root.node(), primitives));
         if mixed {
             range.iter().for_each(|one| counts[one.kind() as usize] += 1);
         } else {
@@ -172,8 +159,7 @@ struct Part {
 }
 
 /// The primitives below a binary node.
-fn range<'a>(root: Cursor<'_>, primitives: &'a [PrimitiveKey]) -> &'a [PrimitiveKey] {
-    let node = root.node();
+fn range<'a>(node: &BinaryNode, primitives: &'a [PrimitiveKey]) -> &'a [PrimitiveKey] {
     &primitives[node.first as usize..][..node.count as usize]
 }
 
@@ -192,6 +178,62 @@ struct TopNode {
 }
 
 impl<'a> Top<'a> {
+    fn of(tree: &'a BinaryTree) -> Self {
+        let mut top = Self::default();
+        top.add(tree.root(), 1);
+        top
+    }
+
+    /// All nodes and the depth; there is one of `hands` for each task.
+    fn nodes<H: Hand + Send>(
+        self,
+        hands: Vec<H>,
+        watch: &Watch<'_>,
+    ) -> Result<(Vec<Node>, usize), Cancelled> {
+        let Self { nodes: mut top, tasks } = self;
+        let part = |(task, hand): (&Task<'a>, H)| {
+            let count = task.root.node().count as usize;
+            let nodes = Vec::with_capacity(count / PER_NODE);
+            let mut layout = Layout { hand, nodes, depth: 0 };
+            // Cancelled, nobody will see what is missing.
+            let (root, outlook) = match watch.is_cancelled() {
+                true => (Child::EMPTY, Outlook::default()),
+                false => layout.child(task.root, task.depth),
+            };
+            watch.add(count);
+            Part { root, outlook, nodes: layout.nodes, depth: layout.depth }
+        };
+        let parts: Vec<Part> = (&tasks, hands).into_par_iter().map(part).collect();
+        watch.check()?;
+
+        let made: usize = parts.iter().map(|part| part.nodes.len()).sum();
+        let mut nodes = Vec::with_capacity(top.len() + made);
+        nodes.resize(top.len(), Node::empty());
+        let mut depth = 0;
+        for (task, part) in tasks.iter().zip(parts) {
+            // A part's nodes know each other by their places in it.
+            let first = nodes.len() as u32;
+            let slot = &mut top[task.node].slots[task.slot];
+            (slot.child, slot.outlook) = (part.root.moved(first), part.outlook);
+            nodes.extend(part.nodes.iter().map(|node| node.moved(first)));
+            depth = depth.max(task.depth).max(part.depth);
+        }
+        // From below, since what is expected of a node follows from its children.
+        let mut outlooks = vec![Outlook::default(); top.len()];
+        for (place, node) in top.iter_mut().enumerate().rev() {
+            let slots = &mut node.slots[..node.count];
+            for slot in &mut *slots {
+                if let Child::Inner(child) = slot.child
+                    && let Some(outlook) = outlooks.get(child as usize)
+                {
+                    slot.outlook = *outlook;
+                }
+            }
+            outlooks[place] = outlook::arrange(&mut nodes[place], slots, &node.bounds);
+        }
+        Ok((nodes, depth))
+    }
+
     /// Adds the node that is made of `root`, `depth` from the root, and those below.
     fn add(&mut self, root: Cursor<'a>, depth: usize) {
         let (children, node) = (Children::of(root), self.nodes.len());
@@ -210,23 +252,18 @@ impl<'a> Top<'a> {
     }
 }
 
-/// Makes the nodes and leaves of one task.
-struct Layout<'a, S> {
-    primitives: &'a [PrimitiveKey],
-    source: &'a S,
-    slot_of: &'a [AtomicU32],
-    triangles: LeafPart<'a, 9>,
-    quads: LeafPart<'a, 12>,
-    spheres: LeafPart<'a, 4>,
+/// Makes the nodes of one task.
+struct Layout<H> {
+    hand: H,
     nodes: Vec<Node>,
     depth: usize,
 }
 
-impl<S: PrimitiveSource> Layout<'_, S> {
+impl<H: Hand> Layout<H> {
     /// What a node at `depth` holds for `root`.
     fn child(&mut self, root: Cursor<'_>, depth: usize) -> (Child, Outlook) {
         if root.node().plan.is_leaf() {
-            return self.leaf(root);
+            return self.hand.leaf(root.node());
         }
         self.nodes.push(Node::empty());
         let node = self.nodes.len() - 1;
@@ -242,7 +279,7 @@ impl<S: PrimitiveSource> Layout<'_, S> {
         for (slot, child) in slots.iter_mut().zip(children.iter()) {
             slot.bounds = child.node().bounds;
             if child.node().plan.is_leaf() {
-                (slot.child, slot.outlook) = self.leaf(child);
+                (slot.child, slot.outlook) = self.hand.leaf(child.node());
             } else {
                 slot.child = Child::Inner(self.nodes.len() as u32);
                 self.nodes.push(Node::empty());
@@ -253,42 +290,6 @@ impl<S: PrimitiveSource> Layout<'_, S> {
                 slot.outlook = self.fill(place as usize, child, depth + 1);
             }
         }
-        outlook::arrange(&mut self.nodes[node], &mut slots[..children.count], &root.node().bounds)
-    }
-
-    /// Lays out the primitives of a leaf, in the order of their ids.
-    fn leaf(&mut self, root: Cursor<'_>) -> (Child, Outlook) {
-        let range = range(root, self.primitives);
-        let (kind, count) = (range[0].kind(), range.len());
-        let mut ids = [u32::MAX; MAX_LEAF];
-        for (id, one) in ids.iter_mut().zip(range) {
-            *id = one.id();
-        }
-        let ids = &mut ids[..count];
-        ids.sort_unstable();
-        let (source, surface) = (self.source, Cell::new(0.0));
-        let first = match kind {
-            PrimKind::Triangle => self.triangles.push_leaf(ids, |id| {
-                let [a, b, c] = source.triangle(id);
-                surface.update(|all| all + Aabb::of_points(&[a, b, c]).half_area());
-                [a.x, a.y, a.z, b.x, b.y, b.z, c.x, c.y, c.z]
-            }),
-            PrimKind::Quad => self.quads.push_leaf(ids, |id| {
-                let [a, b, c, d] = source.quad(id);
-                surface.update(|all| all + Aabb::of_points(&[a, b, c, d]).half_area());
-                [a.x, a.y, a.z, b.x, b.y, b.z, c.x, c.y, c.z, d.x, d.y, d.z]
-            }),
-            PrimKind::Sphere => self.spheres.push_leaf(ids, |id| {
-                let (center, radius) = source.sphere(id);
-                surface.update(|all| all + 12.0 * radius * radius);
-                [center.x, center.y, center.z, radius]
-            }),
-        };
-        for (place, &id) in (0..).zip(&*ids) {
-            let packed = packed_slot(first, count as u32, place);
-            self.slot_of[id as usize].store(packed, Ordering::Relaxed);
-        }
-        let child = Child::Leaf { kind, first, count: count as u32 };
-        (child, Outlook::of_leaf(surface.get(), &root.node().bounds))
+        outlook::arrange(&mut self.nodes[node], &slots[..children.count], &root.node().bounds)
     }
 }

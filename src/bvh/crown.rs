@@ -4,18 +4,21 @@
 //! and [`Builder`] goes on with them one by one.
 
 use super::binary::{BinaryNode, BinaryTree};
-use super::binning::Range;
+use super::binning::{self, Range};
 use super::build::{Builder, SAH_DEPTH, TREELET};
 use super::clusters::Cluster;
 use super::plan::{self, Costs};
 use super::primitive::BuildPrimitive;
 
+/// Fewer clusters than this are split primitive by primitive,
+const FEW_CLUSTERS: usize = 8;
+/// and so are clusters with no more primitives than this.
+const FEW_PRIMITIVES: usize = 128;
+
 /// A part of the scene that is still in clusters.
 pub(super) struct Bunch<'a> {
     /// All primitives, cluster by cluster.
     pub(super) sorted: &'a [BuildPrimitive],
-    /// Their keys, if they are sorted along a curve; else nothing.
-    pub(super) keys: &'a [u32],
     pub(super) clusters: &'a mut [Cluster],
     /// Where the part's primitives go, and where that is in the whole.
     pub(super) primitives: &'a mut [BuildPrimitive],
@@ -44,14 +47,13 @@ impl<'a> Bunch<'a> {
 
     /// Two parts, the first of so many clusters.
     fn cut(self, middle: usize, [left_range, right_range]: [Range; 2]) -> [Self; 2] {
-        let Self { sorted, keys, clusters, primitives, first, depth, .. } = self;
+        let Self { sorted, clusters, primitives, first, depth, .. } = self;
         let (left, right) = clusters.split_at_mut(middle);
         let count = left.iter().map(|cluster| cluster.count as usize).sum();
         let (left_primitives, right_primitives) = primitives.split_at_mut(count);
         let depth = depth + 1;
         let part = |clusters, primitives, first, range| Self {
             sorted,
-            keys,
             clusters,
             primitives,
             first,
@@ -86,10 +88,6 @@ impl Builder<'_> {
     fn sprout(&self, mut bunch: Bunch<'_>, nodes: &mut Vec<BinaryNode>) -> Costs {
         let Some((middle, ranges)) = self.split_clusters(&mut bunch) else {
             let range = bunch.gather();
-            if let ([cluster], [_, ..]) = (&*bunch.clusters, bunch.keys) {
-                let keys = &bunch.keys[cluster.first as usize..][..cluster.count as usize];
-                return self.linear(bunch.primitives, keys, bunch.first, bunch.depth, nodes).1;
-            }
             return self.subtree(bunch.primitives, range, bunch.first, bunch.depth, nodes);
         };
         let area = bunch.range.bounds.half_area(self.area_scale);
@@ -107,11 +105,11 @@ impl Builder<'_> {
     /// Partitions the clusters; `None` if the primitives are to be split one by one.
     #[inline(always)]
     fn split_clusters(&self, bunch: &mut Bunch<'_>) -> Option<(usize, [Range; 2])> {
-        let few = bunch.clusters.len() < self.effort.few_clusters
-            || bunch.primitives.len() <= self.effort.few_primitives;
+        let few = bunch.clusters.len() < FEW_CLUSTERS || bunch.primitives.len() <= FEW_PRIMITIVES;
         if few || bunch.depth >= SAH_DEPTH {
             return None;
         }
-        Some(self.cheapest_split(bunch.clusters, bunch.range)?.partition(bunch.clusters))
+        let split = binning::cheapest_split(bunch.clusters, bunch.range, self.area_scale)?;
+        Some(split.partition(bunch.clusters))
     }
 }

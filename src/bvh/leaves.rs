@@ -122,23 +122,29 @@ pub(super) struct LeafPart<'a, const FIELDS: usize> {
 }
 
 impl<const FIELDS: usize> LeafPart<'_, FIELDS> {
-    /// Appends a leaf and returns its first slot.
+    /// Appends a leaf of `count` primitives but for its ids: a row for each field. Its first slot.
     #[inline(always)]
-    pub(super) fn push_leaf(
-        &mut self,
-        ids: &[u32],
-        fields_of: impl Fn(u32) -> [f32; FIELDS],
-    ) -> u32 {
-        let (start, count) = (self.used, ids.len());
+    pub(super) fn push_leaf(&mut self, count: u32, rows: &[[f32; MAX_LEAF]; FIELDS]) -> u32 {
+        let (start, count) = (self.used, count as usize);
         self.used += count;
-        self.ids[start..self.used].copy_from_slice(ids);
-        let leaf = &mut self.fields[start * FIELDS..self.used * FIELDS];
-        for (place, &id) in ids.iter().enumerate() {
-            for (field, value) in fields_of(id).into_iter().enumerate() {
-                leaf[field * count + place] = value;
+        let fields = &mut self.fields[start * FIELDS..];
+        // A row is written whole; what is too much is overwritten by what follows.
+        if fields.len() >= FIELDS * MAX_LEAF {
+            for (field, row) in rows.iter().enumerate() {
+                fields[field * count..][..MAX_LEAF].copy_from_slice(row);
+            }
+        } else {
+            for (field, row) in rows.iter().enumerate() {
+                fields[field * count..][..count].copy_from_slice(&row[..count]);
             }
         }
         self.first + start as u32
+    }
+
+    /// The ids of a leaf.
+    #[inline(always)]
+    pub(super) fn ids(&mut self, first: u32, count: u32) -> &mut [u32] {
+        &mut self.ids[(first - self.first) as usize..][..count as usize]
     }
 }
 

@@ -3,10 +3,11 @@
 //!
 //! `clusters` puts neighbours together, `crown` splits these, and `build` what is in them: a `binary`
 //! tree of `primitive` boxes by the surface area heuristic (`binning`), with a `plan` which of its
-//! nodes to keep. Its `quality` says how good it is: the fastest build sorts by a `curve` and is
-//! `linear` below, the best ends with `reinsert`. `collapse` turns it into `node`s of eight, their
-//! children in the order of their `outlook`, and lays the primitives out in leaf order (`leaves`). A
-//! `watch` sees how far that is. `validate` checks what the traversals rely on, `stats` measures it.
+//! nodes to keep. Its `quality` says how good it is: the best ends with `reinsert`, and the fastest is
+//! made another way: `marks` on a `curve`, put in `order`, make a `linear` tree with a `roof`.
+//! `collapse` turns either into `node`s of eight, their children in the order of their `outlook`. To
+//! `lay` primitives out in leaf order makes the `leaves`. A `watch` sees how far that is. `validate`
+//! checks what the traversals rely on, `stats` measures it.
 
 mod binary;
 mod binning;
@@ -15,14 +16,18 @@ mod clusters;
 mod collapse;
 mod crown;
 mod curve;
+mod lay;
 mod leaves;
 mod linear;
+mod marks;
 mod node;
+mod order;
 mod outlook;
 mod plan;
 mod primitive;
 mod quality;
 mod reinsert;
+mod roof;
 mod stats;
 #[cfg(test)]
 mod tests;
@@ -51,6 +56,13 @@ use crate::prefetch::Shelves;
 
 /// Where a build gets the primitives from, by their ids. Each method is called with ids of its kind.
 pub trait PrimitiveSource: Sync {
+    /// A box that is probably little larger than the one around the centres of all primitives. The
+    /// fastest build is sooner done if it is.
+    fn guess(&self) -> Aabb {
+        Aabb::EMPTY
+    }
+    /// The boxes of the primitives from this one on; also of those to be left out.
+    fn boxes(&self, first: u32, into: &mut [BuildPrimitive]);
     /// The vertices of a triangle.
     fn triangle(&self, id: u32) -> [Vec3; 3];
     /// The corners of a quad in order around it.
@@ -75,26 +87,36 @@ pub struct Bvh {
 }
 
 impl Bvh {
-    /// Builds the tree over `primitives`, each with an id below `ids`, and fills the leaves from
-    /// `source`. The result does not depend on the number of threads; the build runs on the rayon
-    /// pool that it is called in.
+    /// Builds the tree over the primitives of `source`, whose ids are those below `ids`. The result
+    /// does not depend on the number of threads; the build runs on the rayon pool that it is called
+    /// in.
     ///
     /// # Errors
     /// [`Cancelled`] if `watch` ended it.
     pub fn build(
-        mut primitives: Vec<BuildPrimitive>,
         ids: usize,
         source: &impl PrimitiveSource,
         quality: BuildQuality,
         watch: &Watch<'_>,
     ) -> Result<Self, Cancelled> {
-        let rounds = if quality == BuildQuality::High { reinsert::ROUNDS } else { 0 };
-        watch.start(primitives.len() * (2 + rounds));
-        let (tree, bounds) = build::build(&mut primitives, quality, watch)?;
-        // Boxes are done with: their memory is needed for the leaves.
-        let order: Vec<PrimitiveKey> = primitives.par_iter().map(PrimitiveKey::of).collect();
-        drop(primitives);
-        let (nodes, leaves, depth) = collapse::collapse(&tree, &order, ids, source, watch)?;
+        let (nodes, leaves, bounds, depth) = if quality == BuildQuality::Fast {
+            let (tree, leaves, bounds) = linear::build(ids, source, watch)?;
+            let (nodes, depth) = collapse::collapse_laid(&tree, watch)?;
+            (nodes, leaves, bounds, depth)
+        } else {
+            let mut primitives = build::boxes(ids, source);
+            if primitives.par_iter().any(BuildPrimitive::is_left_out) {
+                primitives.retain(|one| !one.is_left_out());
+            }
+            let rounds = if quality == BuildQuality::High { reinsert::ROUNDS } else { 0 };
+            watch.start(primitives.len() * (2 + rounds));
+            let (tree, bounds) = build::build(&mut primitives, quality, watch)?;
+            // Boxes are done with: their memory is needed for the leaves.
+            let order: Vec<PrimitiveKey> = primitives.par_iter().map(PrimitiveKey::of).collect();
+            drop(primitives);
+            let (nodes, leaves, depth) = collapse::collapse(&tree, &order, ids, source, watch)?;
+            (nodes, leaves, bounds, depth)
+        };
         let extent = if bounds.is_empty() {
             0.0
         } else {

@@ -54,13 +54,14 @@ pub(super) fn leaf(area: f32, count: usize) -> (Costs, Plan) {
 pub(super) fn fork(area: f32, left: &Costs, right: &Costs) -> (Costs, Plan) {
     // Costs are not negative, so their bits compare as they do; the choice rides in the lowest.
     let mut forests = [u32::MAX; WIDTH];
-    let mut shifted = [NEVER; 2 * WIDTH];
-    shifted[WIDTH..].copy_from_slice(&right.0);
+    let mut shifted = right.0;
     for a in 0..WIDTH - 1 {
-        for (forest, cheapest) in forests.iter_mut().enumerate() {
-            let cost = left.0[a] + shifted[WIDTH + forest - a];
+        for (cheapest, right) in forests.iter_mut().zip(shifted) {
+            let cost = left.0[a] + right;
             *cheapest = (*cheapest).min(cost.to_bits() & !CHOICE | (a + 1) as u32);
         }
+        let [b, c, d, e, f, g, h, _] = shifted;
+        shifted = [NEVER, b, c, d, e, f, g, h];
     }
     let mut plan = forests[WIDTH - 2] & CHOICE;
     let node = area + f32::from_bits(forests[WIDTH - 2]);
@@ -73,7 +74,7 @@ pub(super) fn fork(area: f32, left: &Costs, right: &Costs) -> (Costs, Plan) {
         if fewer <= split {
             plan &= !(CHOICE << (3 * (forest - 2)));
         }
-        costs[forest - 1] = split.min(fewer);
+        costs[forest - 1] = if fewer <= split { fewer } else { split };
     }
     (Costs(costs), Plan(plan))
 }

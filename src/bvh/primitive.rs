@@ -25,6 +25,17 @@ impl SignedBox {
         Self::join(point, -point)
     }
 
+    /// The smallest box around these points.
+    #[inline(always)]
+    pub(super) fn of_points(points: &[Vec3]) -> Self {
+        let mut all = (Vec4::INFINITY, Vec4::NEG_INFINITY);
+        for point in points {
+            let point = point.extend(0.0);
+            all = (all.0.min(point), all.1.max(point));
+        }
+        Self::join(all.0, -all.1)
+    }
+
     pub(super) fn of_aabb(bounds: &Aabb) -> Self {
         Self::join(bounds.min.extend(0.0), (-bounds.max).extend(0.0))
     }
@@ -64,6 +75,13 @@ impl SignedBox {
         min * 0.5 - negative_max * 0.5
     }
 
+    /// True if it lies in `other`, and is at least half as long where that is longest.
+    pub(super) fn nearly_fills(self, other: Self) -> bool {
+        let longest = |of: Self| of.min_and_size().1.xyz().max_element();
+        let both = self.union(other).aabb();
+        both == other.aabb() && longest(self) >= 0.5 * longest(other) && longest(other).is_finite()
+    }
+
     /// The same box, or with infinity added the empty one.
     #[inline(always)]
     pub(super) fn plus(self, offset: F32x8) -> Self {
@@ -90,7 +108,7 @@ pub struct BuildPrimitive(SignedBox);
 const _: () = assert!(size_of::<BuildPrimitive>() == 32);
 
 /// The kind's number in the last lane of a primitive that is to be left out.
-const LEFT_OUT: u32 = 3;
+pub(super) const LEFT_OUT: u32 = 3;
 
 /// Added to numbers below `2^26`, this makes them the bits of floats from 2 up: as the bits of a
 /// denormal they would make each product a hundred times slower.
@@ -144,6 +162,22 @@ impl BuildPrimitive {
         from_float(self.0.0.lane(7)) == LEFT_OUT
     }
 
+    /// Its kind and id, whatever the id is if it is [`BuildPrimitive::left_out`].
+    #[inline(always)]
+    pub(super) fn key(&self) -> PrimitiveKey {
+        PrimitiveKey(from_float(self.0.0.lane(7)) << 26 | self.id() & PrimitiveKey::ID)
+    }
+
+    /// The smallest and the largest number of a kind, with [`LEFT_OUT`] for those.
+    #[inline(always)]
+    pub(super) fn kind_numbers(primitives: &[Self]) -> [u32; 2] {
+        let all = primitives[0].0.0;
+        let extremes = primitives.iter().fold((all, all), |(min, max), one| {
+            (Lanes::min(min, one.0.0), Lanes::max(max, one.0.0))
+        });
+        [extremes.0, extremes.1].map(|lanes| from_float(lanes.lane(7)))
+    }
+
     /// Its box.
     pub fn bounds(&self) -> Aabb {
         self.0.aabb()
@@ -161,23 +195,51 @@ impl BuildPrimitive {
     }
 }
 
-/// What is left of a primitive when the tree is done: its kind and its id.
-#[derive(Clone, Copy, Debug)]
+/// What is left of a primitive without its box: its kind and its id.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord)]
 pub(super) struct PrimitiveKey(u32);
 
 const _: () = assert!(super::MAX_PRIMITIVES < 1 << 26);
 
 impl PrimitiveKey {
+    /// The bits of an id.
+    const ID: u32 = (1 << 26) - 1;
+
+    #[inline(always)]
     pub(super) fn of(primitive: &BuildPrimitive) -> Self {
-        Self((primitive.kind() as u32) << 26 | primitive.id())
+        Self::new(primitive.kind(), primitive.id())
     }
 
+    /// True if it is the key of [`BuildPrimitive::left_out`].
+    pub(super) fn is_left_out(self) -> bool {
+        self.0 >> 26 == LEFT_OUT
+    }
+
+    #[inline(always)]
+    pub(super) fn new(kind: PrimKind, id: u32) -> Self {
+        Self((kind as u32) << 26 | id)
+    }
+
+    /// Bits that compare as `(kind, id)` do.
+    #[inline(always)]
+    pub(super) fn bits(self) -> u32 {
+        self.0
+    }
+
+    /// The inverse of [`PrimitiveKey::bits`].
+    #[inline(always)]
+    pub(super) fn from_bits(bits: u32) -> Self {
+        Self(bits)
+    }
+
+    #[inline(always)]
     pub(super) fn kind(self) -> PrimKind {
         PrimKind::ALL[(self.0 >> 26) as usize]
     }
 
+    #[inline(always)]
     pub(super) fn id(self) -> u32 {
-        self.0 & ((1 << 26) - 1)
+        self.0 & Self::ID
     }
 }
 

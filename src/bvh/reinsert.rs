@@ -47,9 +47,7 @@ pub(super) fn improve(
     // A tree that got too deep stays as it was.
     if loose.give(0, 1, primitives, &mut order, &mut nodes).is_some() {
         primitives.copy_from_slice(&order);
-        let root = BinaryNode { second: 0, ..nodes[0] };
-        *tree = BinaryTree::treelet(root, nodes, tree.mixed);
-        tree.link();
+        *tree = BinaryTree::treelet(nodes, tree.mixed);
     }
     Ok(())
 }

@@ -6,6 +6,16 @@ use super::*;
 struct Points(Vec<(PrimKind, Vec3)>);
 
 impl PrimitiveSource for Points {
+    fn boxes(&self, first: u32, into: &mut [BuildPrimitive]) {
+        for (one, id) in into.iter_mut().zip(first..) {
+            let (kind, at) = self.0[id as usize];
+            let bounds = match kind {
+                PrimKind::Sphere => crate::geometry::Spheres::one(at, 0.0).bounds(0),
+                _ => Aabb::of_points(&[at]),
+            };
+            *one = BuildPrimitive::new(bounds, kind, id);
+        }
+    }
     fn triangle(&self, id: u32) -> [Vec3; 3] {
         [self.0[id as usize].1; 3]
     }
@@ -26,15 +36,7 @@ impl Points {
     }
 
     fn tree_of(&self, quality: BuildQuality) -> Bvh {
-        let boxed = |(id, &(kind, at)): (u32, &(PrimKind, Vec3))| {
-            let bounds = match kind {
-                PrimKind::Sphere => crate::geometry::Spheres::one(at, 0.0).bounds(0),
-                _ => Aabb::of_points(&[at]),
-            };
-            BuildPrimitive::new(bounds, kind, id)
-        };
-        let primitives = (0..).zip(&self.0).map(boxed).collect();
-        let bvh = Bvh::build(primitives, self.0.len(), self, quality, &Watch::new()).unwrap();
+        let bvh = Bvh::build(self.0.len(), self, quality, &Watch::new()).unwrap();
         assert_eq!(bvh.validate(), Ok(()));
         assert!(bvh.depth <= MAX_DEPTH);
         bvh

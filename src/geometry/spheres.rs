@@ -51,7 +51,11 @@ impl Spheres {
 
     /// A box that holds sphere `index`: rounded outwards where the sum is inexact.
     pub fn bounds(&self, index: usize) -> Aabb {
-        let (center, radius) = (self.center(index), self.radius[index]);
+        Self::bounds_of(self.center(index), self.radius[index])
+    }
+
+    /// A box that holds the sphere with this centre and radius.
+    pub fn bounds_of(center: Vec3, radius: f32) -> Aabb {
         let round =
             |exact: f32, next: fn(f32) -> f32| if exact.is_finite() { next(exact) } else { exact };
         let down = |value: f32| round(value - radius, f32::next_down);

@@ -118,9 +118,9 @@ impl SceneBuilder {
 
         let start = Instant::now();
         let parts = Parts { sources: &sources, first_ids: &first_ids };
-        let (primitives, dropped) = parts.primitives(count as usize);
-        let bvh = Bvh::build(primitives, count as usize, &parts, quality, watch);
+        let bvh = Bvh::build(count as usize, &parts, quality, watch);
         let bvh = bvh.map_err(|_| BuildError::Cancelled)?;
+        let dropped = parts.dropped(&bvh.leaves);
         let build_seconds = start.elapsed().as_secs_f64();
         let geometries = sources
             .into_iter()

@@ -1,12 +1,15 @@
 //! The geometries of a scene as the builder got them, and as the tree's builder sees them.
 
-use glam::Vec3;
+use glam::{Vec3, Vec4};
 use rayon::prelude::*;
 
-use crate::bvh::{BuildPrimitive, PrimKind, PrimitiveSource};
+use crate::bvh::{BuildPrimitive, DROPPED, Leaves, PrimKind, PrimitiveSource};
 use crate::error::BuildError;
 use crate::geometry::{Aabb, Mesh, Quads, Spheres};
 use crate::scene::Dropped;
+
+/// So many vertices are looked at by a thread in a row.
+const CHUNK: usize = 16_384;
 
 /// One geometry as it was added.
 #[derive(Clone, Debug)]
@@ -57,38 +60,63 @@ impl Parts<'_> {
         (&self.sources[geometry].0, (id - self.first_ids[geometry]) as usize)
     }
 
-    /// The boxes of all `count` primitives but those that are to be dropped.
-    pub(super) fn primitives(&self, count: usize) -> (Vec<BuildPrimitive>, Dropped) {
-        let mut all = Vec::new();
-        (0..count as u32).into_par_iter().map(|id| self.boxed(id)).collect_into_vec(&mut all);
-        let left_out = all.par_iter().filter(|one| one.is_left_out()).count();
+    /// What was dropped of the primitives of which a tree has these leaves.
+    pub(super) fn dropped(&self, leaves: &Leaves) -> Dropped {
         let mut dropped = Dropped::default();
-        if left_out > 0 {
-            for id in (0..count as u32).filter(|&id| all[id as usize].is_left_out()) {
+        let kept = leaves.triangles.len() + leaves.quads.len() + leaves.spheres.len();
+        if kept < leaves.slot_of.len() {
+            let all = (0..).zip(&leaves.slot_of);
+            for (id, _) in all.filter(|&(_, &slot)| slot == DROPPED) {
                 if is_finite(&self.triangle(id)) {
                     dropped.degenerate += 1;
                 } else {
                     dropped.not_finite += 1;
                 }
             }
-            all.retain(|one| !one.is_left_out());
         }
-        (all, dropped)
-    }
-
-    #[inline(always)]
-    fn boxed(&self, id: u32) -> BuildPrimitive {
-        let (source, index) = self.find(id);
-        let bounds = match source {
-            Source::Spheres(spheres) => spheres.bounds(index),
-            Source::Quads(quads) => Aabb::of_points(&quads.corners(index)),
-            Source::Mesh(mesh) => return BuildPrimitive::of_triangle(&mesh.triangle(index), id),
-        };
-        BuildPrimitive::new(bounds, source.kind(), id)
+        dropped
     }
 }
 
 impl PrimitiveSource for Parts<'_> {
+    fn guess(&self) -> Aabb {
+        let boxes = self.sources.iter().map(|(source, _)| match source {
+            Source::Spheres(spheres) => around((0..spheres.len()).map(|at| spheres.center(at))),
+            Source::Quads(quads) => around((0..quads.len()).flat_map(|at| quads.corners(at))),
+            Source::Mesh(mesh) => mesh
+                .positions
+                .par_chunks(CHUNK)
+                .map(|chunk| around(chunk.iter().copied()))
+                .reduce(|| Aabb::EMPTY, Aabb::union),
+        });
+        boxes.fold(Aabb::EMPTY, Aabb::union)
+    }
+
+    #[inline(always)]
+    fn boxes(&self, first: u32, into: &mut [BuildPrimitive]) {
+        let (mut first, mut rest) = (first, into);
+        while !rest.is_empty() {
+            // As many as are of one geometry.
+            let (source, start) = self.find(first);
+            let (these, others) = rest.split_at_mut(rest.len().min(source.len() - start));
+            let each = these.iter_mut().zip(first..).zip(start..);
+            match source {
+                Source::Mesh(mesh) => each.for_each(|((one, id), index)| {
+                    *one = BuildPrimitive::of_triangle(&mesh.triangle(index), id);
+                }),
+                Source::Spheres(spheres) => each.for_each(|((one, id), index)| {
+                    *one = BuildPrimitive::new(spheres.bounds(index), PrimKind::Sphere, id);
+                }),
+                Source::Quads(quads) => each.for_each(|((one, id), index)| {
+                    let bounds = Aabb::of_points(&quads.corners(index));
+                    *one = BuildPrimitive::new(bounds, PrimKind::Quad, id);
+                }),
+            }
+            first += these.len() as u32;
+            rest = others;
+        }
+    }
+
     #[inline(always)]
     fn triangle(&self, id: u32) -> [Vec3; 3] {
         match self.find(id) {
@@ -110,6 +138,16 @@ impl PrimitiveSource for Parts<'_> {
             _ => unreachable!("primitive {id} is no sphere"),
         }
     }
+}
+
+/// The box around some points, or any other if a coordinate is NaN.
+fn around(points: impl Iterator<Item = Vec3>) -> Aabb {
+    let empty = (Vec4::INFINITY, Vec4::NEG_INFINITY);
+    let (min, max) = points.fold(empty, |(min, max), point| {
+        let point = point.extend(0.0);
+        (min.min(point), max.max(point))
+    });
+    Aabb { min: min.truncate(), max: max.truncate() }
 }
 
 fn is_finite(corners: &[Vec3; 3]) -> bool {

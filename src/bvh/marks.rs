@@ -1,0 +1,128 @@
+//! Primitives as marks on a curve: which they are, and where; and where a run of marks falls apart.
+
+use std::sync::atomic::{AtomicU64, Ordering};
+
+use super::node::MAX_LEAF;
+use super::primitive::PrimitiveKey;
+
+/// A primitive and its place on the curve. Atomic, so that threads can sort without being told
+/// which of them writes where.
+pub(super) struct Mark(AtomicU64);
+
+impl Mark {
+    #[inline(always)]
+    pub(super) fn new(place: u32, key: PrimitiveKey) -> Self {
+        Self(AtomicU64::new(bits(place, key)))
+    }
+
+    #[inline(always)]
+    pub(super) fn set(&self, place: u32, key: PrimitiveKey) {
+        self.0.store(bits(place, key), Ordering::Relaxed);
+    }
+
+    /// Becomes the same as another.
+    #[inline(always)]
+    pub(super) fn copy(&self, other: &Self) {
+        self.0.store(other.bits(), Ordering::Relaxed);
+    }
+
+    #[inline(always)]
+    fn bits(&self) -> u64 {
+        self.0.load(Ordering::Relaxed)
+    }
+
+    /// The number of its cell on the curve.
+    #[inline(always)]
+    pub(super) fn place(&self) -> u32 {
+        (self.bits() >> 32) as u32
+    }
+
+    /// Which primitive it is.
+    #[inline(always)]
+    pub(super) fn key(&self) -> PrimitiveKey {
+        PrimitiveKey::from_bits(self.bits() as u32)
+    }
+}
+
+#[inline(always)]
+fn bits(place: u32, key: PrimitiveKey) -> u64 {
+    u64::from(place) << 32 | u64::from(key.bits())
+}
+
+/// Where sorted marks, at least two, fall into two halves of a box of cells; in the middle if all are
+/// in one cell.
+#[inline(always)]
+pub(super) fn middle(marks: &[Mark]) -> usize {
+    let (first, last) = (marks[0].place(), marks[marks.len() - 1].place());
+    if first == last {
+        return marks.len() / 2;
+    }
+    let bit = 1 << (first ^ last).ilog2();
+    marks.partition_point(|mark| mark.place() & bit == 0)
+}
+
+/// Where few sorted marks, more than a leaf holds, are furthest apart along the curve, of the places
+/// that make no more leaves than they need.
+#[inline(always)]
+pub(super) fn middle_of_few(marks: &[Mark]) -> usize {
+    let leaves = marks.len().div_ceil(MAX_LEAF);
+    let spare = leaves * MAX_LEAF - marks.len();
+    let (mut best, mut largest) = (0, None);
+    for full in (MAX_LEAF..leaves * MAX_LEAF).step_by(MAX_LEAF) {
+        for middle in full - spare..=full {
+            let apart = Some(marks[middle - 1].place() ^ marks[middle].place());
+            if apart > largest {
+                (best, largest) = (middle, apart);
+            }
+        }
+    }
+    best
+}
+
+/// Cuts the marks, which start at `first`, into runs of at most `most`: their starts and sizes.
+pub(super) fn cut(marks: &[Mark], first: usize, most: usize, runs: &mut Vec<(usize, usize)>) {
+    if marks.len() <= most {
+        return runs.push((first, marks.len()));
+    }
+    let (left, right) = marks.split_at(middle(marks));
+    cut(left, first, most, runs);
+    cut(right, first + left.len(), most, runs);
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn marks(places: &[u32]) -> Vec<Mark> {
+        places.iter().map(|&place| Mark::new(place, PrimitiveKey::default())).collect()
+    }
+
+    #[test]
+    fn runs_fall_apart_at_their_highest_bit() {
+        assert_eq!(middle(&marks(&[0, 1, 2, 3, 4, 5])), 4);
+        assert_eq!(middle(&marks(&[8, 9, 12, 13, 13])), 2);
+        assert_eq!(middle(&marks(&[6, 7])), 1);
+        assert_eq!(middle(&marks(&[5; 7])), 3);
+    }
+
+    #[test]
+    fn few_fall_apart_into_full_leaves() {
+        // A gap after four, another one after two, where nine would leave three leaves.
+        let places = [0, 1, 64, 65, 128, 129, 130, 131, 132, 133];
+        assert_eq!(middle_of_few(&marks(&places)), 4);
+        assert_eq!(middle_of_few(&marks(&places[..9])), 4);
+        for count in MAX_LEAF + 1..=32 {
+            for gap in 0..count {
+                let place = |at| if at < gap { at } else { at + 64 };
+                let middle = middle_of_few(&marks(
+                    &(0..count as u32).map(|at| place(at as usize) as u32).collect::<Vec<_>>(),
+                ));
+                let leaves = |count: usize| count.div_ceil(MAX_LEAF);
+                assert_eq!(leaves(middle) + leaves(count - middle), leaves(count));
+                if gap > 0 && leaves(gap) + leaves(count - gap) == leaves(count) {
+                    assert_eq!(middle, gap, "{count}");
+                }
+            }
+        }
+    }
+}
