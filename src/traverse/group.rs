@@ -248,13 +248,18 @@ impl<F: Lanes> Group<F> {
         self.ids.lane(lane).to_bits()
     }
 
-    /// Notes what a lane met, `t` in terms of the scaled ray.
+    /// What a lane met, or [`NO_HIT`], `t` in terms of the scaled ray.
+    #[inline(always)]
+    pub(super) fn best(&self, lane: usize) -> Closest {
+        let t = self.ray.t_max.lane(lane);
+        Closest { t, u: self.u.lane(lane), v: self.v.lane(lane), id: self.id(lane) }
+    }
+
+    /// Notes what a lane met, likewise.
+    #[inline(always)]
     pub(super) fn set(&mut self, lane: usize, best: &Closest) {
-        if best.id == self.id(lane) {
-            return;
-        }
+        self.missing &= !(u32::from(best.id != NO_HIT) << lane);
         self.ids.set_lane(lane, f32::from_bits(best.id));
-        self.missing &= !(1 << lane);
         self.ray.t_max.set_lane(lane, best.t);
         self.u.set_lane(lane, best.u);
         self.v.set_lane(lane, best.v);

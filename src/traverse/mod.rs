@@ -26,6 +26,7 @@ pub mod reference;
 mod rest;
 pub(crate) mod shadow;
 mod single;
+mod stack;
 mod stream;
 mod tile;
 pub mod visits;
