@@ -229,7 +229,8 @@ impl<F: Lanes> Group<F> {
             to.inverse[axis] = self.slab.inverse[axis].lane(lane);
             to.near[axis] = self.slab.near[axis].lane(lane);
             to.far[axis] = self.slab.far[axis].lane(lane);
-            to.backwards[axis] = u32::from(to.inverse[axis] < 0.0);
+            to.near_step[axis] = 3 * u32::from(to.inverse[axis] < 0.0);
+            to.far_step[axis] = 3 - to.near_step[axis];
         }
         to.t_min = self.ray.t_min.lane(lane);
         to.shear = [self.shear[0].lane(lane), self.shear[1].lane(lane)];

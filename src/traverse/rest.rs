@@ -9,7 +9,7 @@ use super::ones;
 use super::stack::Stack;
 use super::tile::GROUPS;
 use crate::bvh::WIDTH;
-use crate::simd::{F32x8, LaneMask, Lanes};
+use crate::simd::{F32x8, Lanes};
 
 /// How many entries a ray's list has room for.
 pub(super) const ROOM: usize = 2 * WIDTH;

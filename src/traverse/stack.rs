@@ -8,7 +8,7 @@
 
 use super::rest::ROOM;
 use crate::bvh::{MAX_DEPTH, WIDTH};
-use crate::simd::{F32x8, Keys, LaneMask, Lanes, VectorMask};
+use crate::simd::{F32x8, Keys, LaneMask, VectorMask};
 
 /// Where the stack starts: below lie zeros, so that a whole register below any entry can be read.
 const BOTTOM: usize = WIDTH;

@@ -18,7 +18,7 @@ use super::{Closest, ones};
 use crate::bvh::{Bvh, Child};
 use crate::hit::NO_HIT;
 use crate::prefetch::Shelves;
-use crate::simd::{LaneMask, Lanes};
+use crate::simd::Lanes;
 
 /// How many rays take turns.
 const SIDE_BY_SIDE: usize = 16;
@@ -80,7 +80,7 @@ impl Cursor {
     #[inline(always)]
     fn meet<const ANY: bool>(&mut self, bvh: &Bvh) {
         if let Child::Leaf { kind, first, count } = Child::unpack(self.index, self.meta) {
-            self.ray.meet(bvh, kind, first, count, &mut self.best);
+            self.ray.meet::<ANY>(bvh, kind, first, count, &mut self.best);
             if ANY {
                 self.stack.clear_if(self.best.id != NO_HIT);
             } else {
