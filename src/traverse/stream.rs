@@ -104,10 +104,14 @@ struct Turn {
 impl Turn {
     /// Takes what comes next for the ray from its stack and adds it, without a branch.
     #[inline(always)]
-    fn add(&mut self, place: usize, cursor: &mut Cursor, shelves: &Shelves<4>) {
+    fn add<const ANY: bool>(&mut self, place: usize, cursor: &mut Cursor, shelves: &Shelves<4>) {
         let (index, meta, any) = cursor.stack.pop();
         (cursor.index, cursor.meta) = (index, meta);
-        shelves.ask(Child::shelf(meta), index as usize);
+        if ANY {
+            shelves.ask::<false>(Child::shelf(meta), index as usize);
+        } else {
+            shelves.ask::<true>(Child::shelf(meta), index as usize);
+        }
         let leaf = (meta >> 31) as usize & usize::from(any);
         self.at_node[self.nodes & (SIDE_BY_SIDE - 1)] = place as u8;
         self.at_leaf[self.leaves & (SIDE_BY_SIDE - 1)] = place as u8;
@@ -162,7 +166,7 @@ impl Stream {
                 break;
             };
             cursor.start::<ANY, F>(from, &groups[usize::from(from.group)], rest);
-            next.add(place, cursor, &shelves);
+            next.add::<ANY>(place, cursor, &shelves);
         }
         while next.nodes + next.leaves + next.ends > 0 {
             std::mem::swap(&mut now, &mut next);
@@ -173,18 +177,18 @@ impl Stream {
                 groups[usize::from(from.group)].set(usize::from(from.lane), &cursor.best);
                 if let Some(from) = self.queue.pop() {
                     cursor.start::<ANY, F>(from, &groups[usize::from(from.group)], rest);
-                    next.add(usize::from(place), cursor, &shelves);
+                    next.add::<ANY>(usize::from(place), cursor, &shelves);
                 }
             }
             for &place in &now.at_node[..now.nodes] {
                 let cursor = &mut self.cursors[usize::from(place)];
                 cursor.enter::<ANY>(bvh);
-                next.add(usize::from(place), cursor, &shelves);
+                next.add::<ANY>(usize::from(place), cursor, &shelves);
             }
             for &place in &now.at_leaf[..now.leaves] {
                 let cursor = &mut self.cursors[usize::from(place)];
                 cursor.meet::<ANY>(bvh);
-                next.add(usize::from(place), cursor, &shelves);
+                next.add::<ANY>(usize::from(place), cursor, &shelves);
             }
         }
     }
