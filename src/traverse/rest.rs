@@ -25,34 +25,18 @@ struct Entries {
 /// The entries of one ray.
 #[derive(Clone, Copy)]
 #[repr(align(64))]
-struct List {
-    entries: [Entries; ROOM / WIDTH],
-    count: usize,
-}
+struct List([Entries; ROOM / WIDTH]);
 
 impl List {
-    const EMPTY: Self = Self {
-        entries: [Entries { near: [0.0; WIDTH], index: [0; WIDTH], meta: [0; WIDTH] };
-            ROOM / WIDTH],
-        count: 0,
-    };
-
-    /// Adds an entry if there is room; false if there is none.
-    #[inline(always)]
-    fn add(&mut self, near: f32, index: u32, meta: u32) -> bool {
-        let place = self.count % WIDTH;
-        let Some(entries) = self.entries.get_mut(self.count / WIDTH) else {
-            return false;
-        };
-        (entries.near[place], entries.index[place], entries.meta[place]) = (near, index, meta);
-        self.count += 1;
-        true
-    }
+    const EMPTY: Self =
+        Self([Entries { near: [0.0; WIDTH], index: [0; WIDTH], meta: [0; WIDTH] }; ROOM / WIDTH]);
 }
 
 /// What is left to do for the rays of some groups.
 pub(super) struct Rest {
     lists: Vec<List>,
+    /// How many entries each list has.
+    counts: Vec<u8>,
     /// The lanes of each group with anything left.
     lanes: [u32; GROUPS],
     /// The lanes of each group that have the whole tree left.
@@ -62,7 +46,12 @@ pub(super) struct Rest {
 impl Rest {
     /// For so many rays.
     pub(super) fn new(rays: usize) -> Self {
-        Self { lists: vec![List::EMPTY; rays], lanes: [0; GROUPS], whole: [0; GROUPS] }
+        Self {
+            lists: vec![List::EMPTY; rays],
+            counts: vec![0; rays],
+            lanes: [0; GROUPS],
+            whole: [0; GROUPS],
+        }
     }
 
     /// The lanes of a group that have something left.
@@ -78,6 +67,7 @@ impl Rest {
 
     /// Forgets all entries.
     pub(super) fn clear(&mut self) {
+        self.counts.fill(0);
         self.lanes = [0; GROUPS];
         self.whole = [0; GROUPS];
     }
@@ -100,15 +90,19 @@ impl Rest {
     ) {
         let mut distances = [0.0; MAX_LANES];
         near.store(&mut distances);
-        let lists = &mut self.lists[group * F::LANES..][..F::LANES];
+        let rays = group * F::LANES..(group + 1) * F::LANES;
+        let (lists, counts) = (&mut self.lists[rays.clone()], &mut self.counts[rays]);
         for lane in ones(lanes) {
-            let list = &mut lists[lane & (F::LANES - 1)];
-            if self.lanes[group] >> lane & 1 == 0 {
-                list.count = 0;
-            }
-            if !list.add(distances[lane], index, meta) {
+            let lane = lane & (F::LANES - 1);
+            let count = usize::from(counts[lane]);
+            if count == ROOM {
                 self.whole[group] |= 1 << lane;
+                continue;
             }
+            let (entries, place) = (&mut lists[lane].0[count / WIDTH & 1], count % WIDTH);
+            entries.near[place] = distances[lane];
+            (entries.index[place], entries.meta[place]) = (index, meta);
+            counts[lane] = count as u8 + 1;
         }
         self.lanes[group] |= lanes;
     }
@@ -121,7 +115,8 @@ impl Rest {
         t_max: f32,
         stack: &mut Stack,
     ) {
-        let list = &self.lists[group * F::LANES + lane];
+        let ray = group * F::LANES + lane;
+        let (list, count) = (&self.lists[ray].0, usize::from(self.counts[ray]));
         stack.clear();
         if self.whole[group] >> lane & 1 != 0 {
             let all = (F32x8::splat(0.0), F32x8::mask(1));
@@ -136,9 +131,9 @@ impl Rest {
             stack.push::<ANY>((near, met), (&entries.index, &entries.meta));
         };
         // What came later to the list is farther away, or smaller.
-        if list.count > WIDTH {
-            push(&list.entries[1], list.count - WIDTH);
+        if count > WIDTH {
+            push(&list[1], count - WIDTH);
         }
-        push(&list.entries[0], list.count.min(WIDTH));
+        push(&list[0], count.min(WIDTH));
     }
 }
