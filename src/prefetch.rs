@@ -4,6 +4,9 @@
 //! it is in the cache by the time: rays without coherence are 1.15 to 1.2 times as fast in the
 //! atrium and 1.1 to 1.25 times on the terrain, and as fast as before on the bunny, whose tree stays
 //! in the cache. No safe operation asks for memory without waiting for it.
+//!
+//! Leaves are packed, so eight triangles lie in five lines or six, and their ids in another: with all but
+//! the sixth asked for, diffuse rays are another 1.03 times as fast in the atrium and on the terrain.
 
 /// An array in which something may come next, and one of single words beside it.
 #[derive(Clone, Copy)]

@@ -3,7 +3,7 @@
 //! - `batch`: rays of any number, tile by tile
 //! - `tile`: up to sixteen groups of rays, in one descent as long as many of them go the same way
 //! - `rest`: what a tile leaves to single rays
-//! - `stream`: rays one by one, several in turns, each step by `single`
+//! - `stream`: rays one by one, several in turns, each step by `single`, what waits in a `stack`
 //! - `pace`: which of both is worth it
 //! - `packet`: eight rays that come alone
 //! - `shadow`: points against an area light

@@ -99,7 +99,7 @@ impl Rest {
                 self.whole[group] |= 1 << lane;
                 continue;
             }
-            let (entries, place) = (&mut lists[lane].0[count / WIDTH & 1], count % WIDTH);
+            let (entries, place) = (&mut lists[lane].0[(count / WIDTH) & 1], count % WIDTH);
             entries.near[place] = distances[lane];
             (entries.index[place], entries.meta[place]) = (index, meta);
             counts[lane] = count as u8 + 1;

@@ -1,4 +1,7 @@
 //! One ray on its own: eight boxes of a node side by side, or the primitives of a leaf.
+//!
+//! Whether a ray meets anything in a leaf is anyone's guess, so triangles are tested to the end, and the
+//! closest is kept without a branch; a wrong guess costs more than the rest of the test.
 
 use std::hint::select_unpredictable;
 
@@ -121,7 +124,8 @@ impl Single {
     }
 }
 
-/// Keeps the closest of the lanes in `best`, without a branch but for ties; if `ANY`, the first of them.
+/// Keeps the closest of the lanes in `best`, by `t` and then by id, without a branch but for ties. If `ANY`,
+/// the id tells only that there was a hit.
 #[inline(always)]
 fn keep<const ANY: bool>(met: &Met<F32x8>, ids: &[u32], best: &mut Closest) {
     if ANY {

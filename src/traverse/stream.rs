@@ -1,13 +1,13 @@
 //! Rays one by one, several at a time: each has a stack of its own, and they take turns.
 //!
-//! A step of a ray, a node or a leaf, is a long chain of dependent operations; which child comes next
-//! is known only at its end, and a guess that fails costs as much again. With turns, a step's outcome
-//! is looked at when the others have made their steps, so their operations overlap, and what comes
-//! next is known in time.
+//! A step of a ray, a node or a leaf, is a long chain of dependent operations; what comes next is known
+//! only at its end, and a guess that fails costs as much again. With turns, a step's outcome is looked
+//! at when the others have made their steps, so their operations overlap, and what comes next is known
+//! in time: a node, a leaf, or nothing, in which case another ray takes the place. No branch waits for a
+//! step of its own turn.
 //!
-//! A node's children wait on the stack as sorted keys, the nearest on top. A child that starts behind
-//! the best hit is dropped; one that starts at it is not, since a hit at the same `t` may have a
-//! smaller id. Any hit needs no order: a set of children waits, the first of their node first.
+//! A child that starts behind the best hit is dropped; one that starts at it is not, since a hit at the
+//! same `t` may have a smaller id.
 
 use super::group::Group;
 use super::rest::Rest;
@@ -91,10 +91,14 @@ impl Cursor {
 }
 
 /// The rays of one turn, by what comes next for them.
+///
+/// Three lists, each written every time: one write to a list chosen by number made diffuse rays 0.95 times
+/// as fast.
 #[derive(Clone, Copy, Default)]
 struct Turn {
     at_node: [u8; SIDE_BY_SIDE],
     at_leaf: [u8; SIDE_BY_SIDE],
+    /// Those that are done.
     at_end: [u8; SIDE_BY_SIDE],
     nodes: usize,
     leaves: usize,
@@ -107,6 +111,7 @@ impl Turn {
     fn add<const ANY: bool>(&mut self, place: usize, cursor: &mut Cursor, shelves: &Shelves<4>) {
         let (index, meta, any) = cursor.stack.pop();
         (cursor.index, cursor.meta) = (index, meta);
+        // Any hit has no use for ids, which lie beside the leaves.
         if ANY {
             shelves.ask::<false>(Child::shelf(meta), index as usize);
         } else {
@@ -154,9 +159,9 @@ impl Stream {
         self.queue.clear();
         for index in ones(which) {
             groups[index].prepare_boxes(bvh.extent);
-            let lanes = rest.lanes(index) & if ANY { groups[index].missing } else { !0 };
-            self.queue
-                .extend(ones(lanes).map(|lane| Place { group: index as u8, lane: lane as u8 }));
+            let lanes = rest.lanes(index) & if ANY { groups[index].missing } else { u32::MAX };
+            let place = |lane| Place { group: index as u8, lane: lane as u8 };
+            self.queue.extend(ones(lanes).map(place));
         }
         self.queue.reverse();
         let shelves = bvh.shelves();
