@@ -4,36 +4,75 @@
 //! it is in the cache by the time: rays without coherence are 1.15 to 1.2 times as fast in the
 //! atrium and 1.1 to 1.25 times on the terrain, and as fast as before on the bunny, whose tree stays
 //! in the cache. No safe operation asks for memory without waiting for it.
+//!
+//! Leaves are packed, so eight triangles lie in five lines or six, and their ids in another: with all but
+//! the sixth asked for, diffuse rays are another 1.03 times as fast in the atrium and on the terrain.
+
+/// An array in which something may come next, and one of single words beside it.
+#[derive(Clone, Copy)]
+pub struct Shelf {
+    start: usize,
+    size: usize,
+    /// From the start of an item to its last line.
+    last: usize,
+    beside: usize,
+    beside_size: usize,
+}
+
+impl Shelf {
+    /// An array of items of `count` values; as many as `wanted` are looked at from where one starts.
+    pub fn new<T>(values: &[T], count: usize, wanted: usize) -> Self {
+        let (start, size) = (values.as_ptr().addr(), count * size_of::<T>());
+        let last = (wanted * size_of::<T>() - 1) & !(LINE - 1);
+        Self { start, size, last: last.clamp(LINE, 4 * LINE), beside: start, beside_size: size }
+    }
+
+    /// A value of another array belongs to each item.
+    #[must_use]
+    pub fn beside<T>(mut self, values: &[T]) -> Self {
+        (self.beside, self.beside_size) = (values.as_ptr().addr(), size_of::<T>());
+        self
+    }
+}
 
 /// Arrays in which something may come next.
 #[derive(Clone, Copy)]
-pub struct Shelves<const COUNT: usize>([(usize, usize); COUNT]);
+pub struct Shelves<const COUNT: usize>([Shelf; COUNT]);
 
 impl<const COUNT: usize> Shelves<COUNT> {
-    /// Each shelf by the address at which it starts and the size of what it holds, in bytes.
-    pub fn new(shelves: [(usize, usize); COUNT]) -> Self {
+    /// These shelves.
+    pub fn new(shelves: [Shelf; COUNT]) -> Self {
         Self(shelves)
     }
 
-    /// Asks for the 256 bytes from item `index` of a shelf on. Any `index` is harmless.
+    /// Asks for item `index` of a shelf, at most five lines of it, and if `BESIDE` for the value beside it.
+    /// Any `index` is harmless.
     #[inline(always)]
-    pub fn ask(&self, shelf: usize, index: usize) {
-        let (start, size) = self.0[shelf % COUNT];
-        prefetch(start.wrapping_add(index.wrapping_mul(size)));
+    pub fn ask<const BESIDE: bool>(&self, shelf: usize, index: usize) {
+        let shelf = &self.0[shelf % COUNT];
+        let item = shelf.start.wrapping_add(index.wrapping_mul(shelf.size));
+        // Lines that are the same are cheaper than a count of them.
+        for offset in [0, LINE, 2 * LINE, shelf.last - LINE, shelf.last] {
+            prefetch(item.wrapping_add(offset));
+        }
+        if BESIDE {
+            prefetch(shelf.beside.wrapping_add(index.wrapping_mul(shelf.beside_size)));
+        }
     }
 }
+
+/// The bytes of a line of the cache.
+const LINE: usize = 64;
 
 #[cfg(target_arch = "x86_64")]
 #[allow(unsafe_code)]
 #[inline(always)]
 fn prefetch(address: usize) {
     use std::arch::x86_64::{_MM_HINT_T0, _mm_prefetch};
-    for line in 0..4 {
-        let place = std::ptr::without_provenance(address.wrapping_add(64 * line));
-        // SAFETY: a prefetch is a hint: it reads nothing that the program could see, and an address
-        // that is not mapped does no harm (Intel, Software Developer's Manual, PREFETCHh).
-        unsafe { _mm_prefetch::<_MM_HINT_T0>(place) };
-    }
+    let place = std::ptr::without_provenance(address);
+    // SAFETY: a prefetch is a hint: it reads nothing that the program could see, and an address
+    // that is not mapped does no harm (Intel, Software Developer's Manual, PREFETCHh).
+    unsafe { _mm_prefetch::<_MM_HINT_T0>(place) };
 }
 
 #[cfg(not(target_arch = "x86_64"))]

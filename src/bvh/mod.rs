@@ -52,7 +52,7 @@ use rayon::prelude::*;
 use primitive::PrimitiveKey;
 
 use crate::geometry::Aabb;
-use crate::prefetch::Shelves;
+use crate::prefetch::{Shelf, Shelves};
 
 /// Where a build gets the primitives from, by their ids. Each method is called with ids of its kind.
 pub trait PrimitiveSource: Sync {
@@ -127,15 +127,16 @@ impl Bvh {
         Ok(bvh)
     }
 
-    /// The nodes and the leaves, in the order of [`Child::shelf`], to be asked for ahead.
+    /// The nodes and the leaves with their ids, in the order of [`Child::shelf`], to be asked for ahead.
     pub fn shelves(&self) -> Shelves<4> {
-        let leaf =
-            |fields: &[f32], count: usize| (fields.as_ptr().addr(), count * size_of::<f32>());
+        fn leaf<const FIELDS: usize>(array: &LeafArray<FIELDS>) -> Shelf {
+            Shelf::new(&array.fields, FIELDS, FIELDS * MAX_LEAF).beside(&array.ids)
+        }
         Shelves::new([
-            (self.nodes.as_ptr().addr(), size_of::<Node>()),
-            leaf(&self.leaves.triangles.fields, TriangleLeaves::FIELDS),
-            leaf(&self.leaves.quads.fields, QuadLeaves::FIELDS),
-            leaf(&self.leaves.spheres.fields, SphereLeaves::FIELDS),
+            Shelf::new(&self.nodes, 1, 1),
+            leaf(&self.leaves.triangles),
+            leaf(&self.leaves.quads),
+            leaf(&self.leaves.spheres),
         ])
     }
 }

@@ -4,8 +4,10 @@ use wide::u32x8;
 
 use super::{F32x8, LaneMask, Lanes, VectorMask};
 
-/// Distances with the number of their lane in the last three bits: they order as the distances do.
-pub struct Keys;
+/// Eight lanes in the order of their distances: a key is a distance with the number of its lane in the
+/// last three bits, and keys order as the distances do.
+#[derive(Clone, Copy, Debug)]
+pub struct Keys(u32x8);
 
 impl Keys {
     /// The keys of the lanes in `mask`, the farthest first, then zeros. Distances below zero count
@@ -13,7 +15,7 @@ impl Keys {
     ///
     /// A bitonic network: six steps without a branch.
     #[inline(always)]
-    pub fn farthest_first(distances: F32x8, mask: VectorMask<F32x8>) -> [u32; 8] {
+    pub fn farthest_first(distances: F32x8, mask: VectorMask<F32x8>) -> Self {
         let lanes = u32x8::new([0, 1, 2, 3, 4, 5, 6, 7]);
         let bits: u32x8 = wide::bytemuck::cast(Lanes::max(distances, F32x8::ZERO));
         let counts: u32x8 = wide::bytemuck::cast(mask.0);
@@ -31,7 +33,26 @@ impl Keys {
         let keys = step(keys, [1, 0, 3, 2, 5, 4, 7, 6]);
         let keys = step(keys, [7, 6, 5, 4, 3, 2, 1, 0]);
         let keys = step(keys, [2, 3, 0, 1, 6, 7, 4, 5]);
-        step(keys, [1, 0, 3, 2, 5, 4, 7, 6]).to_array()
+        Self(step(keys, [1, 0, 3, 2, 5, 4, 7, 6]))
+    }
+
+    /// The lanes of `bits`, the last first, all at distance zero, then zeros.
+    #[inline(always)]
+    pub fn last_first(bits: u32) -> Self {
+        let lanes = LAST_FIRST[bits as usize & 0xff];
+        Self(u32x8::new(std::array::from_fn(|place| u32::from(lanes[place]))))
+    }
+
+    /// The keys in their order, the number of a lane in the last three bits of each.
+    #[inline(always)]
+    pub fn to_array(self) -> [u32; 8] {
+        self.0.to_array()
+    }
+
+    /// The values of the lanes in the order of the keys.
+    #[inline(always)]
+    pub fn sort(self, values: &[u32; 8]) -> [u32; 8] {
+        u32x8::new(*values).shuffle(self.0 & u32x8::splat(7)).to_array()
     }
 
     /// How many of the last keys, one after the other, are farther than `distance`.
@@ -42,22 +63,22 @@ impl Keys {
         let behind = Lanes::gt(distances, F32x8::splat(distance)).bits();
         (!(behind << 24)).leading_zeros() as usize
     }
-
-    /// The key of one lane; a distance below zero counts as zero.
-    #[inline(always)]
-    pub fn key(distance: f32, lane: usize) -> u32 {
-        (Lanes::max(distance, 0.0).to_bits() & !7) | lane as u32
-    }
-
-    /// The distance of a key, its last three bits lost downwards.
-    #[inline(always)]
-    pub fn distance(key: u32) -> f32 {
-        f32::from_bits(key & !7)
-    }
-
-    /// The lane of a key.
-    #[inline(always)]
-    pub fn lane(key: u32) -> usize {
-        (key & 7) as usize
-    }
 }
+
+/// For each set of eight lanes, those in it from the last to the first, then zeros.
+static LAST_FIRST: [[u8; 8]; 256] = {
+    let mut table = [[0; 8]; 256];
+    let mut bits = 0;
+    while bits < 256 {
+        let (mut place, mut lane) = (0, 8);
+        while lane > 0 {
+            lane -= 1;
+            if bits >> lane & 1 != 0 {
+                table[bits][place] = lane as u8;
+                place += 1;
+            }
+        }
+        bits += 1;
+    }
+    table
+};

@@ -7,7 +7,8 @@ use super::single::Single;
 use super::{Closest, SHEAR_ORDER};
 use crate::hit::NO_HIT;
 use crate::kernels::{
-    Met, ScaledRay, Sheared, SlabRay, intersect_quad, intersect_sphere, intersect_triangle,
+    Met, Projected, ScaledRay, Sheared, SlabRay, intersect_quad, intersect_sphere,
+    intersect_triangle,
 };
 use crate::simd::{LaneMask, Lanes, each};
 
@@ -20,9 +21,10 @@ pub(super) const MAX_LANES: usize = 16;
 pub(super) struct Group<F: Lanes> {
     /// The rays; `t_max` is the best hit so far.
     pub(super) ray: ScaledRay<F>,
-    /// The shear of each lane along its own main axis.
+    /// The shear of each lane along its own main axis, and its origin in the order of that.
     shear: [F; 2],
     inverse: F,
+    sheared_origin: [F; 3],
     pub(super) u: F,
     pub(super) v: F,
     /// The bits of the ids of what was met, [`NO_HIT`] where nothing was.
@@ -47,6 +49,7 @@ impl<F: Lanes> Group<F> {
             slab: SlabRay { inverse: [zero; 3], near: [zero; 3], far: [zero; 3] },
             shear: [zero; 2],
             inverse: zero,
+            sheared_origin: [zero; 3],
             u: zero,
             v: zero,
             ids: F::splat(f32::from_bits(NO_HIT)),
@@ -72,6 +75,9 @@ impl<F: Lanes> Group<F> {
                 self.shear[0] = F::select(mask, sheared.shear[0], self.shear[0]);
                 self.shear[1] = F::select(mask, sheared.shear[1], self.shear[1]);
                 self.inverse = F::select(mask, sheared.inverse, self.inverse);
+                self.sheared_origin = each(|place| {
+                    F::select(mask, sheared.origin[place], self.sheared_origin[place])
+                });
             }
         }
         self.u = F::splat(0.0);
@@ -127,12 +133,8 @@ impl<F: Lanes> Group<F> {
         from_origin: bool,
         id: u32,
     ) -> bool {
-        self.meet_along::<ANY>(id, |ray, order, active| {
-            let corner = |corner: usize| {
-                let point = each(|place| F::splat(corners[3 * corner + order[place]]));
-                if from_origin { ray.project_from_origin(point) } else { ray.project(point) }
-            };
-            intersect_triangle(ray, [corner(0), corner(1), corner(2)], active)
+        self.meet_points::<ANY, 3>(corners, from_origin, id, |ray, corners, active| {
+            intersect_triangle(ray, corners, active)
         })
     }
 
@@ -144,40 +146,49 @@ impl<F: Lanes> Group<F> {
         from_origin: bool,
         id: u32,
     ) -> bool {
-        self.meet_along::<ANY>(id, |ray, order, active| {
-            let corner = |corner: usize| {
-                let point = each(|place| F::splat(corners[3 * corner + order[place]]));
-                if from_origin { ray.project_from_origin(point) } else { ray.project(point) }
-            };
-            intersect_quad(ray, each(corner), active)
+        self.meet_points::<ANY, 4>(corners, from_origin, id, |ray, corners, active| {
+            intersect_quad(ray, corners, active)
         })
     }
 
-    /// Tests a primitive with the lanes of each main axis in turn; mostly there is just one.
+    /// Tests a primitive of so many corners with all lanes, whatever their main axes are.
     #[inline(always)]
-    fn meet_along<const ANY: bool>(
+    fn meet_points<const ANY: bool, const POINTS: usize>(
         &mut self,
+        corners: &[f32],
+        from_origin: bool,
         id: u32,
-        test: impl Fn(&Sheared<F>, [usize; 3], F::Mask) -> Option<Met<F>>,
+        test: impl Fn(&Sheared<F>, [Projected<F>; POINTS], F::Mask) -> Option<Met<F>>,
     ) -> bool {
-        let mut closer = false;
-        let mut axes = self.axes;
-        while axes != 0 {
-            let main = axes.trailing_zeros() as usize;
-            axes &= axes - 1;
-            let order = SHEAR_ORDER[main & 3];
-            let ray = Sheared {
-                origin: each(|place| self.ray.origin[order[place]]),
-                shear: self.shear,
-                inverse: self.inverse,
-                t_min: self.ray.t_min,
-                t_max: self.ray.t_max,
-            };
-            if let Some(met) = test(&ray, order, F::mask(self.along[main])) {
-                closer |= self.keep::<ANY>(&met, id);
-            }
-        }
-        closer
+        let ray = Sheared {
+            origin: self.sheared_origin,
+            shear: self.shear,
+            inverse: self.inverse,
+            t_min: self.ray.t_min,
+            t_max: self.ray.t_max,
+        };
+        let project = |point: [F; 3]| {
+            if from_origin { ray.project_from_origin(point) } else { ray.project(point) }
+        };
+        let part = |corner: usize, axis: usize| F::splat(corners[3 * corner + axis]);
+        let met = if self.axes & self.axes.wrapping_sub(1) == 0 {
+            let main = self.axes.trailing_zeros() as usize & 3;
+            let order = SHEAR_ORDER[main];
+            let corners = each(|corner| project(each(|place| part(corner, order[place]))));
+            test(&ray, corners, F::mask(self.along[main % 3]))
+        } else {
+            // Each lane takes the parts in its own order: cheaper than a test for each axis.
+            let [x, y, z] = self.along;
+            let (along_x, along_y) = (F::mask(x), F::mask(y));
+            let corners = each(|corner| {
+                project(each(|place| {
+                    let of = |main: usize| part(corner, SHEAR_ORDER[main][place]);
+                    F::select(along_x, of(0), F::select(along_y, of(1), of(2)))
+                }))
+            });
+            test(&ray, corners, F::mask(x | y | z))
+        };
+        met.is_some_and(|met| self.keep::<ANY>(&met, id))
     }
 
     /// Tests a sphere, centre and radius. True if it is kept for any lane.
@@ -229,7 +240,8 @@ impl<F: Lanes> Group<F> {
             to.inverse[axis] = self.slab.inverse[axis].lane(lane);
             to.near[axis] = self.slab.near[axis].lane(lane);
             to.far[axis] = self.slab.far[axis].lane(lane);
-            to.backwards[axis] = u32::from(to.inverse[axis] < 0.0);
+            to.near_step[axis] = 3 * u32::from(to.inverse[axis] < 0.0);
+            to.far_step[axis] = 3 - to.near_step[axis];
         }
         to.t_min = self.ray.t_min.lane(lane);
         to.shear = [self.shear[0].lane(lane), self.shear[1].lane(lane)];
@@ -238,7 +250,7 @@ impl<F: Lanes> Group<F> {
         let main = 2 - 2 * x - y;
         for (place, axis) in SHEAR_ORDER[main as usize & 3].into_iter().enumerate() {
             to.order[place] = axis as u32;
-            to.sheared_origin[place] = to.origin[axis];
+            to.sheared_origin[place] = self.sheared_origin[place].lane(lane);
         }
     }
 
@@ -248,13 +260,18 @@ impl<F: Lanes> Group<F> {
         self.ids.lane(lane).to_bits()
     }
 
-    /// Notes what a lane met, `t` in terms of the scaled ray.
+    /// What a lane met, or [`NO_HIT`], `t` in terms of the scaled ray.
+    #[inline(always)]
+    pub(super) fn best(&self, lane: usize) -> Closest {
+        let t = self.ray.t_max.lane(lane);
+        Closest { t, u: self.u.lane(lane), v: self.v.lane(lane), id: self.id(lane) }
+    }
+
+    /// Notes what a lane met, likewise.
+    #[inline(always)]
     pub(super) fn set(&mut self, lane: usize, best: &Closest) {
-        if best.id == self.id(lane) {
-            return;
-        }
+        self.missing &= !(u32::from(best.id != NO_HIT) << lane);
         self.ids.set_lane(lane, f32::from_bits(best.id));
-        self.missing &= !(1 << lane);
         self.ray.t_max.set_lane(lane, best.t);
         self.u.set_lane(lane, best.u);
         self.v.set_lane(lane, best.v);

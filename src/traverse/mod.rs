@@ -4,7 +4,7 @@
 //! - `pencil`, `sorted`: rays that come in no order though they share a start or an end
 //! - `tile`: up to sixteen groups of rays, in one descent as long as many of them go the same way
 //! - `rest`: what a tile leaves to single rays
-//! - `stream`: rays one by one, several in turns, each step by `single`
+//! - `stream`: rays one by one, several in turns, each step by `single`, what waits in a `stack`
 //! - `pace`: which of both is worth it
 //! - `packet`: eight rays that come alone
 //! - `shadow`: points against an area light
@@ -29,6 +29,7 @@ mod rest;
 pub(crate) mod shadow;
 mod single;
 pub(crate) mod sorted;
+mod stack;
 mod stream;
 mod tile;
 pub mod visits;

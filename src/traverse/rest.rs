@@ -1,28 +1,42 @@
 //! What a tile leaves to single rays: for each ray, the children that it still has to enter.
 //!
-//! Layout: a list for each ray, in the order of groups and lanes. An entry is what waits on the stack
-//! of a single ray: the key of a child (or the bits of some children if any hit counts) above the
-//! node that they belong to. A ray with more than [`ROOM`] entries starts again at the root.
+//! Layout: a list for each ray, in the order of groups and lanes; what tells of its entries lies in
+//! arrays, eight to a register, as it does on the stack of a single ray. A ray with more than [`ROOM`]
+//! entries starts again at the root.
 
 use super::group::MAX_LANES;
 use super::ones;
+use super::stack::Stack;
 use super::tile::GROUPS;
-use crate::simd::{Keys, Lanes};
+use crate::bvh::WIDTH;
+use crate::simd::{F32x8, Lanes};
 
 /// How many entries a ray's list has room for.
-pub(super) const ROOM: usize = 15;
+pub(super) const ROOM: usize = 2 * WIDTH;
+
+/// Eight entries: where the ray enters a child, its reference and its description.
+#[derive(Clone, Copy)]
+struct Entries {
+    near: [f32; WIDTH],
+    index: [u32; WIDTH],
+    meta: [u32; WIDTH],
+}
 
 /// The entries of one ray.
 #[derive(Clone, Copy)]
 #[repr(align(64))]
-struct List {
-    count: usize,
-    entries: [u64; ROOM],
+struct List([Entries; ROOM / WIDTH]);
+
+impl List {
+    const EMPTY: Self =
+        Self([Entries { near: [0.0; WIDTH], index: [0; WIDTH], meta: [0; WIDTH] }; ROOM / WIDTH]);
 }
 
 /// What is left to do for the rays of some groups.
 pub(super) struct Rest {
     lists: Vec<List>,
+    /// How many entries each list has.
+    counts: Vec<u8>,
     /// The lanes of each group with anything left.
     lanes: [u32; GROUPS],
     /// The lanes of each group that have the whole tree left.
@@ -33,7 +47,8 @@ impl Rest {
     /// For so many rays.
     pub(super) fn new(rays: usize) -> Self {
         Self {
-            lists: vec![List { count: 0, entries: [0; ROOM] }; rays],
+            lists: vec![List::EMPTY; rays],
+            counts: vec![0; rays],
             lanes: [0; GROUPS],
             whole: [0; GROUPS],
         }
@@ -52,6 +67,7 @@ impl Rest {
 
     /// Forgets all entries.
     pub(super) fn clear(&mut self) {
+        self.counts.fill(0);
         self.lanes = [0; GROUPS];
         self.whole = [0; GROUPS];
     }
@@ -62,66 +78,62 @@ impl Rest {
         self.whole[group] |= lanes;
     }
 
-    /// Leaves child `slot` of a node to those lanes of a group that meet its box, `near` along the ray.
+    /// Leaves a child, by its reference and description, to those lanes of a group that meet its box,
+    /// `near` along the ray.
     #[inline(always)]
-    pub(super) fn add<const ANY: bool, F: Lanes>(
+    pub(super) fn add<F: Lanes>(
         &mut self,
         group: usize,
         lanes: u32,
         near: F,
-        (node, slot): (u32, usize),
+        (index, meta): (u32, u32),
     ) {
         let mut distances = [0.0; MAX_LANES];
         near.store(&mut distances);
-        let lists = &mut self.lists[group * F::LANES..][..F::LANES];
+        let rays = group * F::LANES..(group + 1) * F::LANES;
+        let (lists, counts) = (&mut self.lists[rays.clone()], &mut self.counts[rays]);
         for lane in ones(lanes) {
-            let list = &mut lists[lane & (F::LANES - 1)];
-            if self.lanes[group] >> lane & 1 == 0 {
-                list.count = 0;
-            }
-            if list.count == ROOM {
+            let lane = lane & (F::LANES - 1);
+            let count = usize::from(counts[lane]);
+            if count == ROOM {
                 self.whole[group] |= 1 << lane;
                 continue;
             }
-            let key = if ANY { 1 << slot } else { Keys::key(distances[lane], slot) };
-            list.entries[list.count] = u64::from(key) << 32 | u64::from(node);
-            list.count += 1;
+            let (entries, place) = (&mut lists[lane].0[(count / WIDTH) & 1], count % WIDTH);
+            entries.near[place] = distances[lane];
+            (entries.index[place], entries.meta[place]) = (index, meta);
+            counts[lane] = count as u8 + 1;
         }
         self.lanes[group] |= lanes;
     }
 
-    /// Puts the entries of a ray on a stack of keys and nodes, the next one last, without those behind
-    /// `t_max`. Their number, or `None` if the ray has the whole tree left.
+    /// Puts the entries of a ray on its stack, the next one last, without those behind `t_max`.
     #[inline(always)]
     pub(super) fn take<const ANY: bool, F: Lanes>(
         &self,
         (group, lane): (usize, usize),
         t_max: f32,
-        keys: &mut [u32],
-        nodes: &mut [u32],
-    ) -> Option<usize> {
+        stack: &mut Stack,
+    ) {
+        let ray = group * F::LANES + lane;
+        let (list, count) = (&self.lists[ray].0, usize::from(self.counts[ray]));
+        stack.clear();
         if self.whole[group] >> lane & 1 != 0 {
-            return None;
+            let all = (F32x8::splat(0.0), F32x8::mask(1));
+            return stack.push::<ANY>(all, (&[0; WIDTH], &[0; WIDTH]));
         }
-        let list = &self.lists[group * F::LANES + lane];
-        let entries = &list.entries[..list.count.min(ROOM)];
-        let mut count = 0;
-        for place in 0..entries.len() {
-            // If any hit counts, the first one is the largest and belongs on top. Else the nearest.
-            let entry = entries[if ANY { entries.len() - 1 - place } else { place }];
-            let (key, node) = ((entry >> 32) as u32, entry as u32);
-            // A range may end before zero, and so may a box.
-            if !ANY && Keys::distance(key) > t_max.max(0.0) {
-                continue;
+        let mut push = |entries: &Entries, count: usize| {
+            let near = F32x8::load(&entries.near);
+            let mut met = F32x8::mask((1_u32 << count) - 1);
+            if !ANY {
+                met = met & near.le(F32x8::splat(t_max));
             }
-            let mut place = count;
-            while !ANY && place > 0 && keys[place - 1] < key {
-                (keys[place], nodes[place]) = (keys[place - 1], nodes[place - 1]);
-                place -= 1;
-            }
-            (keys[place], nodes[place]) = (key, node);
-            count += 1;
+            stack.push::<ANY>((near, met), (&entries.index, &entries.meta));
+        };
+        // What came later to the list is farther away, or smaller.
+        if count > WIDTH {
+            push(&list[1], count - WIDTH);
         }
-        Some(count)
+        push(&list[0], count.min(WIDTH));
     }
 }

@@ -1,10 +1,16 @@
 //! One ray on its own: eight boxes of a node side by side, or the primitives of a leaf.
+//!
+//! Whether a ray meets anything in a leaf is anyone's guess, so triangles are tested to the end, and the
+//! closest is kept without a branch; a wrong guess costs more than the rest of the test.
+
+use std::hint::select_unpredictable;
 
 use super::Closest;
 use crate::bvh::{Bvh, Leaf, Node, PrimKind};
+use crate::hit::NO_HIT;
 use crate::kernels::{
     Met, Projected, ScaledRay, Sheared, SlabRay, intersect_quad, intersect_sphere,
-    intersect_triangle,
+    intersect_triangles_straight,
 };
 use crate::simd::{F32x8, LaneMask, Lanes, each};
 
@@ -18,8 +24,10 @@ pub(super) struct Single {
     pub(super) inverse: [f32; 3],
     pub(super) near: [f32; 3],
     pub(super) far: [f32; 3],
-    /// 1 for each axis along which the ray runs towards smaller coordinates, else 0.
-    pub(super) backwards: [u32; 3],
+    /// From the lower bound on each axis to the one that is met first: 0, or 3 if the ray runs towards
+    /// smaller coordinates; and to the other one.
+    pub(super) near_step: [u32; 3],
+    pub(super) far_step: [u32; 3],
     /// For triangles and quads: see [`Sheared`], for the origin's order too.
     pub(super) sheared_origin: [f32; 3],
     pub(super) shear: [f32; 2],
@@ -38,16 +46,18 @@ impl Single {
             far: each(|axis| F32x8::splat(self.far[axis])),
         };
         // The mask spares a check, and with it a branch between the loads and their use.
-        let backwards = |axis: usize| (self.backwards[axis] & 1) as usize;
-        let near_planes = each(|axis| F32x8::load(&node.bounds[axis + 3 * backwards(axis)]));
-        let far_planes = each(|axis| F32x8::load(&node.bounds[axis + 3 - 3 * backwards(axis)]));
+        let planes = |steps: &[u32; 3], axis: usize| {
+            F32x8::load(&node.bounds[axis + (steps[axis] & 3) as usize])
+        };
+        let near_planes = each(|axis| planes(&self.near_step, axis));
+        let far_planes = each(|axis| planes(&self.far_step, axis));
         let (t_min, t_max) = (F32x8::splat(self.t_min), F32x8::splat(t_max));
         slab.interval(near_planes, far_planes, t_min, t_max)
     }
 
     /// Tests a leaf and keeps the closest hit in `best`.
     #[inline(always)]
-    pub(super) fn meet(
+    pub(super) fn meet<const ANY: bool>(
         &self,
         bvh: &Bvh,
         kind: PrimKind,
@@ -66,7 +76,8 @@ impl Single {
                 let (ray, leaf) = (self.sheared(best.t), leaves.triangles.leaf(first, count));
                 let corner = |corner| self.project(&ray, leaf, corner);
                 let corners = [corner(0), corner(1), corner(2)];
-                (intersect_triangle(&ray, corners, active), &leaves.triangles.ids)
+                let met = intersect_triangles_straight(&ray, corners, active);
+                return keep::<ANY>(&met, &leaves.triangles.ids[first as usize..], best);
             }
             PrimKind::Quad => {
                 let (ray, leaf) = (self.sheared(best.t), leaves.quads.leaf(first, count));
@@ -90,7 +101,7 @@ impl Single {
             }
         };
         if let Some(met) = met {
-            keep_closest(&met, &ids[first as usize..], best);
+            keep::<ANY>(&met, &ids[first as usize..], best);
         }
     }
 
@@ -113,8 +124,33 @@ impl Single {
     }
 }
 
-/// The closest of the lanes, by `t` and then by id.
+/// Keeps the closest of the lanes in `best`, by `t` and then by id, without a branch but for ties. If `ANY`,
+/// the id tells only that there was a hit.
 #[inline(always)]
+fn keep<const ANY: bool>(met: &Met<F32x8>, ids: &[u32], best: &mut Closest) {
+    if ANY {
+        best.id = select_unpredictable(met.mask.any(), 0, best.id);
+        return;
+    }
+    let nearest = Lanes::select(met.mask, met.t, F32x8::splat(best.t)).reduce_min();
+    let lanes = (met.mask & met.t.eq(F32x8::splat(nearest))).bits();
+    if (lanes & lanes.wrapping_sub(1) != 0) | ((lanes != 0) & (nearest == best.t)) {
+        return keep_closest(met, ids, best);
+    }
+    let hit = lanes != 0;
+    let lane = lanes.trailing_zeros() as usize & 7;
+    let id = ids.get(lane).copied().unwrap_or(NO_HIT);
+    *best = Closest {
+        t: nearest,
+        u: select_unpredictable(hit, met.u.lane(lane), best.u),
+        v: select_unpredictable(hit, met.v.lane(lane), best.v),
+        id: select_unpredictable(hit, id, best.id),
+    };
+}
+
+/// The closest of the lanes, by `t` and then by id.
+#[cold]
+#[inline(never)]
 fn keep_closest(met: &Met<F32x8>, ids: &[u32], best: &mut Closest) {
     let mut mask = met.mask.bits();
     while mask != 0 {

@@ -227,7 +227,7 @@ impl<F: Lanes> Tile<F> {
             let slot = slot & 7;
             let mut met = met[slot];
             if C::LOOSE {
-                met = self.split_off_few::<ANY>(node, (number, slot), met, share);
+                met = self.split_off_few(node, slot, met, share);
             }
             if met == 0 {
                 continue;
@@ -252,13 +252,7 @@ impl<F: Lanes> Tile<F> {
     /// The groups of `met` with rays that meet the box of a slot; none if [`pace::few`] rays do: these
     /// get the child on their lists.
     #[inline(always)]
-    fn split_off_few<const ANY: bool>(
-        &mut self,
-        node: &Node,
-        (number, slot): (u32, usize),
-        mut met: u32,
-        share: f32,
-    ) -> u32 {
+    fn split_off_few(&mut self, node: &Node, slot: usize, mut met: u32, share: f32) -> u32 {
         let mut rays = 0;
         for index in ones(met) {
             count(|visits| visits.box_groups += 1);
@@ -273,9 +267,10 @@ impl<F: Lanes> Tile<F> {
         if rays > pace::few(met, share, node.meta[slot]) {
             return met;
         }
+        let child = (node.index[slot], node.meta[slot]);
         for index in ones(met) {
             let (near, lanes) = (self.near[index & 15], self.lanes[index & 15]);
-            self.rest.add::<ANY, F>(index, lanes, near, (number, slot));
+            self.rest.add::<F>(index, lanes, near, child);
         }
         0
     }
