@@ -234,7 +234,7 @@ impl<F: Lanes> Tile<F> {
             }
             let start = starts[slot];
             let (index, meta) = (node.index[slot], node.meta[slot]);
-            self.shelves.ask(Child::shelf(meta), index as usize);
+            self.shelves.ask::<true>(Child::shelf(meta), index as usize);
             let mut place = waiting;
             while !ANY && place > base && self.stack[place - 1].start < start {
                 self.stack[place] = self.stack[place - 1];
