@@ -11,7 +11,8 @@
 
 use glam::Vec3;
 
-use super::node::{MAX_LEAF, PrimKind};
+use super::node::{Child, MAX_LEAF, PrimKind};
+use crate::geometry::Aabb;
 
 /// Stands in [`Leaves::slot_of`] for a primitive that was dropped (no area, not finite).
 pub const DROPPED: u32 = u32::MAX;
@@ -191,6 +192,44 @@ impl Leaves {
                 let [x, y, z, radius] = self.spheres.get(first, count, place);
                 Primitive::Sphere(Vec3::new(x, y, z), radius)
             }
+        })
+    }
+
+    /// The leaf of the primitive with this id; an empty slot if it was dropped.
+    pub fn leaf_of(&self, id: u32) -> Child {
+        let packed = self.slot_of[id as usize];
+        if packed == DROPPED {
+            return Child::EMPTY;
+        }
+        let (slot, place, count) = ((packed >> 6) as usize, packed & 7, ((packed >> 3) & 7) + 1);
+        let is_in = |ids: &[u32]| ids.get(slot) == Some(&id);
+        let kind = if is_in(&self.triangles.ids) {
+            PrimKind::Triangle
+        } else if is_in(&self.quads.ids) {
+            PrimKind::Quad
+        } else {
+            PrimKind::Sphere
+        };
+        Child::Leaf { kind, first: slot as u32 - place, count }
+    }
+
+    /// The box of a leaf's primitives.
+    pub fn bounds_of(&self, leaf: Child) -> Aabb {
+        let Child::Leaf { kind, first, count } = leaf else { return Aabb::EMPTY };
+        (0..count).fold(Aabb::EMPTY, |bounds, place| {
+            bounds.union(match kind {
+                PrimKind::Triangle => {
+                    Aabb::of_points(&points::<3, 9>(&self.triangles.get(first, count, place)))
+                }
+                PrimKind::Quad => {
+                    Aabb::of_points(&points::<4, 12>(&self.quads.get(first, count, place)))
+                }
+                PrimKind::Sphere => {
+                    let [x, y, z, radius] = self.spheres.get(first, count, place);
+                    let center = Vec3::new(x, y, z);
+                    Aabb { min: center - radius, max: center + radius }
+                }
+            })
         })
     }
 

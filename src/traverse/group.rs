@@ -86,6 +86,12 @@ impl<F: Lanes> Group<F> {
         self.missing = ray.valid.bits();
     }
 
+    /// The lanes that have met something.
+    #[inline(always)]
+    pub(super) fn met(&self) -> u32 {
+        self.ray.valid.bits() & !self.missing
+    }
+
     /// Makes the rays ready for [`Group::interval`].
     #[inline(always)]
     pub(super) fn prepare_boxes(&mut self, extent: f32) {

@@ -26,6 +26,7 @@ use super::rest::Rest;
 use super::visits::count;
 use super::{ones, stack_size};
 use crate::bvh::{Bvh, Child, Node, PrimKind, WIDTH};
+use crate::kernels::ScaledRay;
 use crate::prefetch::Shelves;
 use crate::ray::Rays;
 use crate::simd::{F32x8, LaneMask, Lanes, each};
@@ -43,6 +44,16 @@ struct Waiting {
     start: f32,
 }
 
+/// Leaves that a tile enters before the tree: somebody's guess where its rays will meet something.
+#[derive(Default)]
+pub(super) struct First {
+    /// The leaves as children of nodes that are not in the tree.
+    pub(super) nodes: Vec<Node>,
+    /// How many rays met something there, and what that cost, in units of [`pace`].
+    pub(super) settled: u32,
+    pub(super) cost: u32,
+}
+
 /// Up to sixteen groups of rays.
 pub(super) struct Tile<F: Lanes> {
     pub(super) groups: [Group<F>; GROUPS],
@@ -50,6 +61,8 @@ pub(super) struct Tile<F: Lanes> {
     live: u32,
     /// What the descent leaves to single rays.
     pub(super) rest: Rest,
+    /// Where rays that ask for any hit look first.
+    pub(super) first: First,
     stack: Vec<Waiting>,
     /// Of the last box: where each group's rays enter it, and which.
     near: [F; GROUPS],
@@ -68,6 +81,7 @@ impl<F: Lanes> Tile<F> {
             groups: [Group::new(); GROUPS],
             live: 0,
             rest: Rest::new(Self::RAYS),
+            first: First::default(),
             near: [F::splat(0.0); GROUPS],
             lanes: [0; GROUPS],
             stack: vec![Waiting::default(); stack_size(bvh)],
@@ -97,6 +111,14 @@ impl<F: Lanes> Tile<F> {
         }
     }
 
+    /// Takes a group of rays, in place of all others if it is the first.
+    #[inline(always)]
+    pub(super) fn load_group(&mut self, index: usize, ray: &ScaledRay<F>) {
+        self.live &= (1 << index) - 1;
+        self.live |= u32::from(ray.valid.any()) << index;
+        self.groups[index].load(ray);
+    }
+
     /// Traces all groups: their closest hits, or any hits if `ANY`. What is left to single rays is in
     /// [`Tile::rest`].
     pub(super) fn trace<const ANY: bool>(&mut self, bvh: &Bvh, pace: &mut Pace) {
@@ -104,6 +126,7 @@ impl<F: Lanes> Tile<F> {
         if bvh.nodes.is_empty() {
             return;
         }
+        (self.first.settled, self.first.cost) = (0, 0);
         let live = self.live;
         let mut aimed = 0;
         if let Some((mut aim, groups)) = Aim::new(&self.groups, live, bvh) {
@@ -151,7 +174,9 @@ impl<F: Lanes> Tile<F> {
                 self.groups[index].prepare_boxes(bvh.extent);
             }
         }
-        let leaves = &bvh.leaves;
+        if ANY && !self.first.nodes.is_empty() {
+            self.enter_first::<C>(bvh, cull);
+        }
         let mut waiting = 1;
         self.stack[0] =
             Waiting { groups: self.live, start: f32::NEG_INFINITY, ..Waiting::default() };
@@ -165,31 +190,79 @@ impl<F: Lanes> Tile<F> {
             if groups == 0 {
                 continue;
             }
-            match Child::unpack(next.index, next.meta) {
-                Child::Inner(node) => {
-                    waiting = self.enter_node::<ANY, C>(bvh, cull, node, groups, waiting);
-                }
-                Child::Leaf { kind: PrimKind::Triangle, first, count } => {
-                    let leaf = Leaf::new(&leaves.triangles, first, count);
-                    self.enter_leaf::<ANY, C, 9>(cull, groups, leaf, |group, fields, id| {
-                        group.meet_triangle::<ANY>(fields, C::FAN, id)
-                    });
-                }
-                Child::Leaf { kind: PrimKind::Quad, first, count } => {
-                    let leaf = Leaf::new(&leaves.quads, first, count);
-                    self.enter_leaf::<ANY, C, 12>(cull, groups, leaf, |group, fields, id| {
-                        group.meet_quad::<ANY>(fields, C::FAN, id)
-                    });
-                }
-                Child::Leaf { kind: PrimKind::Sphere, first, count } => {
-                    let leaf = Leaf::new(&leaves.spheres, first, count);
-                    self.enter_leaf::<ANY, C, 4>(cull, groups, leaf, |group, fields, id| {
-                        group.meet_sphere::<ANY>(fields, id)
-                    });
-                }
+            if let Child::Inner(node) = Child::unpack(next.index, next.meta) {
+                waiting = self.enter_node::<ANY, C>(bvh, cull, node, groups, waiting);
+            } else {
+                self.enter_child::<ANY, C>(bvh, cull, groups, (next.index, next.meta));
             }
         }
         false
+    }
+
+    /// Tests a leaf of that description with these groups.
+    #[inline(always)]
+    fn enter_child<const ANY: bool, C: Cull>(
+        &mut self,
+        bvh: &Bvh,
+        cull: &mut C,
+        groups: u32,
+        (index, meta): (u32, u32),
+    ) {
+        let leaves = &bvh.leaves;
+        match Child::unpack(index, meta) {
+            Child::Inner(_) => {}
+            Child::Leaf { kind: PrimKind::Triangle, first, count } => {
+                let leaf = Leaf::new(&leaves.triangles, first, count);
+                self.enter_leaf::<ANY, C, 9>(cull, groups, leaf, |group, fields, id| {
+                    group.meet_triangle::<ANY>(fields, C::FAN, id)
+                });
+            }
+            Child::Leaf { kind: PrimKind::Quad, first, count } => {
+                let leaf = Leaf::new(&leaves.quads, first, count);
+                self.enter_leaf::<ANY, C, 12>(cull, groups, leaf, |group, fields, id| {
+                    group.meet_quad::<ANY>(fields, C::FAN, id)
+                });
+            }
+            Child::Leaf { kind: PrimKind::Sphere, first, count } => {
+                let leaf = Leaf::new(&leaves.spheres, first, count);
+                self.enter_leaf::<ANY, C, 4>(cull, groups, leaf, |group, fields, id| {
+                    group.meet_sphere::<ANY>(fields, id)
+                });
+            }
+        }
+    }
+
+    /// Tests the leaves that come first, each with the groups that it may settle.
+    #[inline(never)]
+    fn enter_first<C: Cull>(&mut self, bvh: &Bvh, cull: &mut C) {
+        let groups = self.live;
+        let met_rays = |tile: &Self| -> u32 {
+            ones(groups).map(|index| tile.groups[index].met().count_ones()).sum()
+        };
+        let met_before = met_rays(self);
+        let budget = std::mem::replace(&mut self.budget, u32::MAX);
+        for at in 0..self.first.nodes.len() {
+            let node = self.first.nodes[at];
+            let (boxes, slots) = cull.boxes(each(|place| F32x8::load(&node.bounds[place])));
+            for slot in ones(slots) {
+                let mut met = cull.groups(&boxes, slot).0 & self.live;
+                if met == 0 {
+                    continue;
+                }
+                if C::LOOSE {
+                    self.spend(met.count_ones());
+                    let rays = self.count_rays(&node, slot, &mut met);
+                    // The tree will lead them here, too.
+                    if rays <= pace::few(met, 1.0, node.meta[slot]) {
+                        continue;
+                    }
+                }
+                let child = (node.index[slot], node.meta[slot]);
+                self.enter_child::<true, C>(bvh, cull, met, child);
+            }
+        }
+        self.first.cost += u32::MAX - std::mem::replace(&mut self.budget, budget);
+        self.first.settled += met_rays(self) - met_before;
     }
 
     #[inline(always)]
@@ -253,17 +326,7 @@ impl<F: Lanes> Tile<F> {
     /// get the child on their lists.
     #[inline(always)]
     fn split_off_few(&mut self, node: &Node, slot: usize, mut met: u32, share: f32) -> u32 {
-        let mut rays = 0;
-        for index in ones(met) {
-            count(|visits| visits.box_groups += 1);
-            let bounds = |place: usize| F::splat(node.bounds[place][slot]);
-            let (near, far) = self.groups[index & 15].interval(bounds);
-            let lanes = near.le(far).bits();
-            self.near[index & 15] = near;
-            self.lanes[index & 15] = lanes;
-            rays += lanes.count_ones();
-            met &= !(u32::from(lanes == 0) << index);
-        }
+        let rays = self.count_rays(node, slot, &mut met);
         if rays > pace::few(met, share, node.meta[slot]) {
             return met;
         }
@@ -273,6 +336,23 @@ impl<F: Lanes> Tile<F> {
             self.rest.add::<F>(index, lanes, near, child);
         }
         0
+    }
+
+    /// How many rays of `met` meet the box of a slot; takes the groups without any out of the set.
+    #[inline(always)]
+    fn count_rays(&mut self, node: &Node, slot: usize, met: &mut u32) -> u32 {
+        let mut rays = 0;
+        for index in ones(*met) {
+            count(|visits| visits.box_groups += 1);
+            let bounds = |place: usize| F::splat(node.bounds[place][slot]);
+            let (near, far) = self.groups[index & 15].interval(bounds);
+            let lanes = near.le(far).bits();
+            self.near[index & 15] = near;
+            self.lanes[index & 15] = lanes;
+            rays += lanes.count_ones();
+            *met &= !(u32::from(lanes == 0) << index);
+        }
+        rays
     }
 
     /// Tests the primitives of a leaf.

@@ -8,14 +8,15 @@
 //! 2. A primitive that is left is tested against the pyramids from sixteen points to the light
 //!    ([`crate::kernels::Pyramids`]): some it misses, some it covers wholly.
 //! 3. A point that some primitive neither misses nor covers for sure is in penumbra, or behind many
-//!    small primitives. Its samples are placed, sixteen make a bundle of rays, and sixteen bundles go
+//!    small primitives. Its samples are placed, and sixteen make a bundle of rays. Sixteen bundles go
 //!    down the tree as a volley ([`volley`]), culled by beams ([`shafts`]) or, around an apex, by
-//!    rectangles of slopes ([`sight`]). The leaves in which the volley before met something come first.
-//! 4. Points whose directions to the light spread too far for shafts, or are not finite, go as rays of
-//!    a batch ([`rays`]).
+//!    rectangles of slopes ([`sight`]); or as a tile of a batch ([`tiled`]), whichever was faster
+//!    lately ([`tempo`]). The leaves in which the one before met something come first.
+//! 4. Points whose directions to the light spread too far for shafts, or are not finite, go as tiles; if
+//!    they have so few samples that bundles would not be full, as rays of a batch ([`rays`]).
 //!
-//! Bundles hold the samples of one point, or one sample each of sixteen neighbours ([`crossed`]), as
-//! [`sampled`] finds better. Points in no order are sorted before ([`order`]).
+//! The bundles of a volley hold the samples of one point, or one sample each of sixteen neighbours
+//! ([`crossed`]), as [`sampled`] finds better. Points in no order are sorted before ([`order`]).
 //!
 //! Points that look at a point light are rays of a batch at once ([`hard`]).
 //!
@@ -37,6 +38,8 @@ mod rays;
 mod sampled;
 mod shafts;
 mod sight;
+mod tempo;
+mod tiled;
 mod volley;
 
 use std::ops::Range;
@@ -44,6 +47,7 @@ use std::ops::Range;
 use glam::Vec3;
 
 use self::block::Block;
+use self::group::LANES;
 pub(crate) use self::order::Ordered;
 use self::rays::SampleRays;
 use self::sampled::Sampled;
@@ -99,13 +103,20 @@ pub(crate) fn visibility<S: LightSamples + ?Sized>(
     } else {
         let mut block = Block::new(bvh, query);
         let mut sampled = Sampled::new(bvh, samples);
+        // Where registers of a point's samples are mostly full.
+        let is_dense = 4 * samples >= 3 * samples.next_multiple_of(LANES);
         for start in range.clone().step_by(BLOCK_POINTS) {
             let end = (start + BLOCK_POINTS).min(range.end);
             let aim = block.trace(start..end, &mut done);
             block.unsettled().for_each(|point| sampled.add(query, &aim, point));
+            if is_dense {
+                block.unfit().for_each(|point| sampled.trace_alone(query, point));
+            } else {
+                block.unfit().for_each(|point| rays.add(bvh, query, point, &mut done));
+            }
             sampled.finish(query, &aim, &mut done);
-            block.unfit().for_each(|point| rays.add(bvh, query, point, &mut done));
         }
+        sampled.leave();
     }
     rays.trace(bvh, &mut done);
 }

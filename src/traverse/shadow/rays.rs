@@ -1,4 +1,4 @@
-//! Points whose samples go as rays of a batch, the samples of a point one after the other.
+//! Points with few samples, which go as rays of a batch: those of a point one after the other.
 
 use super::placed::{LANES, Placed};
 use super::{Query, Seen};

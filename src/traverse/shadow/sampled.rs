@@ -1,19 +1,33 @@
-//! Points of a block whose samples go as volleys.
+//! Points of a block whose samples are traced: as volleys, or as tiles of a batch.
 //!
-//! Bundles hold the samples of one point, or one sample each of sixteen points ([`super::crossed`]).
-//! Which is better depends on how large the primitives are before a point's view of the light. So it is
-//! tried: where many rays of points' own bundles had to be tested by themselves, since a leaf was met
-//! by few of them, the next groups of points go across.
+//! A volley tests what a bundle meets with the whole bundle, a tile leaves to single rays what few rays
+//! meet. Which is faster differs by half in either direction, so both are timed ([`super::tempo`]).
+//!
+//! Bundles hold the samples of one point, in volleys also one sample each of sixteen points
+//! ([`super::crossed`]). Which is better depends on how large the primitives are before a point's view of
+//! the light. So it is tried: where many rays of points' own bundles had to be tested by themselves, since
+//! a leaf was met by few of them, the next groups of points go across.
+
+use std::time::Instant;
 
 use super::crossed::Crossed;
 use super::group::{Aim, LANES};
 use super::placed::Placed;
 use super::shafts::GROUPS;
+use super::tempo::{Choice, KINDS};
+use super::tiled::Tiled;
 use super::volley::{Apex, Volley};
 use super::{Query, Seen};
 use crate::bvh::Bvh;
 use crate::points::LightSamples;
 use crate::simd::{F32x16, each};
+
+/// The two ways to trace a group.
+const VOLLEYS: usize = 0;
+const TILES: usize = 1;
+
+/// So many groups go as volleys at first: a tile takes as long to set up as some groups to trace.
+const FIRST_VOLLEYS: u32 = 3;
 
 /// More rays of a bundle than this that are tested by themselves make its bundle too wide.
 const MOST_ALONE: usize = 8;
@@ -26,7 +40,14 @@ const LARGEST_SPREAD: f32 = 0.5;
 
 /// Points, and the samples that they see.
 pub(super) struct Sampled<'a> {
+    samples: usize,
     volley: Volley<'a>,
+    bvh: &'a Bvh,
+    /// Made when it is first asked for: it is large.
+    tiled: Option<Box<Tiled<'a>>>,
+    choice: Choice,
+    /// How many groups still go as volleys at the start.
+    starts: u32,
     placed: Placed,
     crossed: Crossed,
     /// Points that wait until there are sixteen.
@@ -46,7 +67,12 @@ impl<'a> Sampled<'a> {
     /// For points of so many samples.
     pub(super) fn new(bvh: &'a Bvh, samples: usize) -> Self {
         Self {
+            samples,
             volley: Volley::new(bvh),
+            bvh,
+            tiled: None,
+            choice: Choice::resumed(kind(samples)),
+            starts: FIRST_VOLLEYS,
             placed: Placed::new(samples),
             crossed: Crossed::new(samples),
             group: Vec::with_capacity(LANES),
@@ -81,7 +107,7 @@ impl<'a> Sampled<'a> {
         if !self.group.is_empty() {
             self.trace_group(query, aim);
         }
-        trace(&mut self.volley, aim, Apex::None, &mut self.waiting, &mut self.masks);
+        self.trace_tile();
         let registers = self.placed.registers();
         for (&point, masks) in self.points.iter().zip(self.masks.chunks(registers)) {
             done(point, Seen::Masks(masks));
@@ -90,29 +116,92 @@ impl<'a> Sampled<'a> {
         self.masks.clear();
     }
 
+    /// Takes a point into the tile, whether it has a shaft or not.
+    pub(super) fn trace_alone<S: LightSamples + ?Sized>(
+        &mut self,
+        query: &Query<'_, S>,
+        point: usize,
+    ) {
+        self.points.push(point);
+        let origin = each(|axis| F32x16::splat(query.points.position[axis][point]));
+        let Self { tiled, placed, masks, bvh, .. } = self;
+        let tiled = tiled.get_or_insert_with(|| Box::new(Tiled::new(bvh)));
+        placed.each(query, point, |dir, active| {
+            masks.push(0);
+            if active != 0 {
+                tiled.push(origin, dir, active, masks.len() - 1);
+            }
+            if tiled.is_full() {
+                tiled.trace(|place, seen| masks[place] = seen as u16);
+            }
+        });
+    }
+
+    /// Ends a query: what was learnt stays.
+    pub(super) fn leave(&self) {
+        self.choice.leave(kind(self.samples));
+    }
+
+    /// How to trace the next group.
+    fn next_way(&mut self) -> usize {
+        if self.tiled.is_none() && self.starts > 0 {
+            self.starts -= 1;
+            return VOLLEYS;
+        }
+        self.starts = 0;
+        self.choice.next()
+    }
+
+    /// Traces what waits in the tile.
+    fn trace_tile(&mut self) {
+        if let Some(tiled) = &mut self.tiled {
+            tiled.trace(|place, seen| self.masks[place] = seen as u16);
+        }
+    }
+
+    /// Traces the group, in the way that is faster.
     fn trace_group<S: LightSamples + ?Sized>(&mut self, query: &Query<'_, S>, aim: &Aim) {
-        if self.crossings > 0 && is_close(query, &self.group) {
-            self.aligned = self.crossed.place(query, &self.group);
-            if self.aligned {
-                self.crossings -= 1;
-                trace(&mut self.volley, aim, Apex::None, &mut self.waiting, &mut self.masks);
-                self.points.extend(&self.group);
-                let Self { crossed, volley, group, masks, .. } = self;
-                crossed.trace(query, aim, volley, group, masks);
-                volley.take_alone();
-                return group.clear();
+        let way = self.next_way();
+        let (start, count) = (Instant::now(), self.group.len());
+        if way == TILES || !self.cross(query, aim) {
+            for place in 0..count {
+                let point = self.group[place];
+                if way == TILES {
+                    self.trace_alone(query, point);
+                } else {
+                    self.trace_point(query, aim, point);
+                }
+            }
+            self.trace_tile();
+            trace(&mut self.volley, aim, Apex::None, &mut self.waiting, &mut self.masks);
+            let alone = self.volley.take_alone();
+            if alone > MOST_ALONE * count * self.placed.registers() && self.aligned {
+                self.crossings = CROSSINGS;
             }
         }
-        self.crossings = 0;
-        for place in 0..self.group.len() {
-            self.trace_point(query, aim, self.group[place]);
-        }
-        // What still waits in the volley counts for the next group.
-        let bundles = self.group.len() * self.placed.registers();
-        if self.volley.take_alone() > MOST_ALONE * bundles && self.aligned {
-            self.crossings = CROSSINGS;
-        }
         self.group.clear();
+        // Of fewer points, more is set up than traced.
+        if count == LANES && self.starts == 0 {
+            self.choice.took(start.elapsed(), count * self.samples);
+        }
+    }
+
+    /// Traces the group across its points. False if it is not to go across.
+    fn cross<S: LightSamples + ?Sized>(&mut self, query: &Query<'_, S>, aim: &Aim) -> bool {
+        let crosses = self.crossings > 0 && is_close(query, &self.group);
+        self.crossings = if crosses { self.crossings - 1 } else { 0 };
+        if crosses {
+            self.aligned = self.crossed.place(query, &self.group);
+        }
+        if !crosses || !self.aligned {
+            self.crossings = 0;
+            return false;
+        }
+        self.points.extend(&self.group);
+        let Self { crossed, volley, group, masks, .. } = self;
+        crossed.trace(query, aim, volley, group, masks);
+        volley.take_alone();
+        true
     }
 
     fn trace_point<S: LightSamples + ?Sized>(
@@ -142,6 +231,15 @@ impl<'a> Sampled<'a> {
         if alone {
             trace(volley, aim, apex, waiting, masks);
         }
+    }
+}
+
+/// Queries are told apart by how many points fill a tile: sixteen, some, or one.
+fn kind(samples: usize) -> usize {
+    match samples.div_ceil(LANES) {
+        ..=1 => 0,
+        2..GROUPS => 1,
+        _ => KINDS - 1,
     }
 }
 
