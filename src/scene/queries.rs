@@ -45,7 +45,8 @@ impl Scene {
 
     /// The closest hit of each ray, on this thread. Rays may come in any order and number;
     /// neighbours that run alike are traced together. Many rays that share about one start or one end
-    /// but come in no order are sorted first, which takes 54 bytes a ray for the time of the call.
+    /// but come in no order are sorted first, which takes 54 bytes a ray; up to 512 MB of them are kept for
+    /// the next call.
     ///
     /// # Errors
     /// [`ShapeError`] if there are not as many hits as rays.

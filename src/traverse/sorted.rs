@@ -85,7 +85,7 @@ impl Sorted {
         };
 
         // First the keys and how many rays each bucket gets.
-        let mut places = Pages::zeroed(count);
+        let mut places = Pages::new(count);
         let counts = each_part(&mut places, share, |start, keys| {
             pencil.keys(&rays.range(start, start + keys.len()), keys);
             let mut counts = vec![0; buckets];
@@ -125,7 +125,7 @@ impl Sorted {
         &self,
         trace: impl Fn(Rays<'_>, &[u32], &mut [T]) + Sync,
     ) -> Pages<T> {
-        let mut found = Pages::zeroed(self.places.len());
+        let mut found = Pages::new(self.places.len());
         let mut shares = Vec::new();
         let (mut first, mut rest) = (0, &mut *found);
         for bucket in 1..self.starts.len() {
@@ -201,8 +201,8 @@ impl Part {
             next += count;
         }
         starts.push(next);
-        let mut all_rows = Pages::zeroed(keys.len());
-        let mut all_cells = Pages::zeroed(keys.len());
+        let mut all_rows = Pages::new(keys.len());
+        let mut all_cells = Pages::new(keys.len());
         let (rows, cells): (&mut [Row], &mut [u16]) = (&mut all_rows, &mut all_cells);
         let mut ends: Vec<(u32, u32)> =
             starts.iter().zip(in_all).map(|(&here, &there)| (here, there)).collect();
@@ -314,7 +314,7 @@ mod tests {
             let found = sorted.trace(|rays, places, found: &mut [u32]| {
                 assert_eq!(rays.len(), places.len());
                 for (index, &place) in places.iter().enumerate() {
-                    found[place as usize] += 1 + rays.t_min[index] as u32;
+                    found[place as usize] = 1 + rays.t_min[index] as u32;
                 }
                 let dir = |index: usize| rays.get(index).dir;
                 let sum: f32 = (1..rays.len()).map(|i| dir(i).distance(dir(i - 1))).sum();
