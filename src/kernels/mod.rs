@@ -17,6 +17,7 @@ mod scaled;
 mod slab;
 mod sphere;
 mod triangle;
+mod vectors;
 
 pub use beam::{Beam, BeamAxes, Bounds, beam_margin};
 pub use cone::Footprint;

@@ -6,6 +6,7 @@
 //! Tracing"). That is a third of the triangle's own test and needs no division, but it rounds otherwise:
 //! it turns a ray away only if that is outside by more than all rounding of both.
 
+use super::vectors::{cross, dot, sub};
 use crate::simd::{F32x8, LaneMask, Lanes, each};
 
 /// What products of a direction with a side may be off, in units of the distance times the edge: the
@@ -68,20 +69,4 @@ impl Outlines {
         let outside = least.lt(F::splat(-self.slack[place & 7]));
         (!outside).any()
     }
-}
-
-#[inline(always)]
-fn sub(a: [F32x8; 3], b: [F32x8; 3]) -> [F32x8; 3] {
-    each(|axis| a[axis] - b[axis])
-}
-
-#[inline(always)]
-fn dot(a: [F32x8; 3], b: [F32x8; 3]) -> F32x8 {
-    a[0].mul_add_fast(b[0], a[1].mul_add_fast(b[1], a[2] * b[2]))
-}
-
-#[inline(always)]
-fn cross(a: [F32x8; 3], b: [F32x8; 3]) -> [F32x8; 3] {
-    let part = |i: usize, j: usize| a[i].mul_add_fast(b[j], -(a[j] * b[i]));
-    [part(1, 2), part(2, 0), part(0, 1)]
 }

@@ -9,6 +9,7 @@
 //! lie on. A margin covers the rounding of this file, of the kernel, and of the samples' own
 //! positions; a volume within it gives no verdict. Written so that NaN gives none, too.
 
+use super::vectors::{add, cross, dot, sub};
 use crate::simd::{LaneMask, Lanes};
 
 /// What is known of a primitive for each point.
@@ -185,25 +186,4 @@ impl<F: Lanes> Pyramids<F> {
         }
         Verdict { missed, covered }
     }
-}
-
-#[inline(always)]
-fn add<F: Lanes>(a: [F; 3], b: [F; 3]) -> [F; 3] {
-    [a[0] + b[0], a[1] + b[1], a[2] + b[2]]
-}
-
-#[inline(always)]
-fn sub<F: Lanes>(a: [F; 3], b: [F; 3]) -> [F; 3] {
-    [a[0] - b[0], a[1] - b[1], a[2] - b[2]]
-}
-
-#[inline(always)]
-fn dot<F: Lanes>(a: [F; 3], b: [F; 3]) -> F {
-    a[0].mul_add_fast(b[0], a[1].mul_add_fast(b[1], a[2] * b[2]))
-}
-
-#[inline(always)]
-fn cross<F: Lanes>(a: [F; 3], b: [F; 3]) -> [F; 3] {
-    let part = |i: usize, j: usize| a[i].mul_add_fast(b[j], -(a[j] * b[i]));
-    [part(1, 2), part(2, 0), part(0, 1)]
 }
