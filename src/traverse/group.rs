@@ -287,14 +287,12 @@ impl<F: Lanes> Group<F> {
     #[inline(always)]
     pub(super) fn t(&self) -> F {
         // Valid lanes that met nothing may still be missing, invalid ones always are.
-        let met = F::mask(self.ray.valid.bits() & !self.missing);
-        F::select(met, self.ray.t_max * self.ray.scale, F::splat(f32::INFINITY))
+        F::select(F::mask(self.met()), self.ray.t_max * self.ray.scale, F::splat(f32::INFINITY))
     }
 
     /// The closest hit of a lane, in terms of the caller's ray; `None` if it met nothing.
     pub(super) fn closest(&self, lane: usize) -> Option<Closest> {
-        let id = self.id(lane);
-        let t = self.ray.t_max.lane(lane) * self.ray.scale.lane(lane);
-        (id != NO_HIT).then(|| Closest { t, u: self.u.lane(lane), v: self.v.lane(lane), id })
+        let best = self.best(lane);
+        (best.id != NO_HIT).then(|| Closest { t: best.t * self.ray.scale.lane(lane), ..best })
     }
 }
