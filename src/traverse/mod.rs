@@ -2,6 +2,7 @@
 //!
 //! - `batch`: rays of any number, tile by tile
 //! - `pencil`, `sorted`: rays that come in no order though they share a start or an end
+//! - `strewn`: how it is told that they come in no order
 //! - `tile`: up to sixteen groups of rays, in one descent as long as many of them go the same way
 //! - `rest`: what a tile leaves to single rays
 //! - `stream`: rays one by one, several in turns, each step by `single`, what waits in a `stack`
@@ -31,6 +32,7 @@ mod single;
 pub(crate) mod sorted;
 mod stack;
 mod stream;
+mod strewn;
 mod tile;
 pub mod visits;
 

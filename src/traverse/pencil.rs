@@ -7,6 +7,7 @@
 
 use glam::{Vec2, Vec3};
 
+use super::strewn::{LARGEST_SHARE, LOOKS, bounds, run};
 use crate::ray::{RayBatch, Rays};
 
 /// Fewer rays are left as they come. Camera rays and shadow rays of bunny, atrium and terrain, shuffled,
@@ -14,19 +15,11 @@ use crate::ray::{RayBatch, Rays};
 /// 1.46; 2^22 1.52, 2.12, 2.36 and 1.87, 2.00, 2.30.
 const FEWEST: usize = 1 << 17;
 
-/// How many runs of neighbours are looked at, and how many rays each has.
-const LOOKS: usize = 64;
-const RUN: usize = 16;
-
 /// Starts that are spread by at most this share of the scene's size are near one point.
 const NEAR_START: f32 = 1.0 / 64.0;
 
 /// So are ends that are spread by at most this share of what the starts are.
 const NEAR_END: f32 = 0.25;
-
-/// Rays are in no order if a run is spread by more than this share of what all are, in the mean. It is
-/// nearly 0.9 if they are chosen at random, and a few hundredths in tiles or rows of a picture.
-const LARGEST_SHARE: f32 = 0.4;
 
 /// The bits of a key.
 pub(super) const KEY_BITS: u32 = 2 * AXIS_BITS;
@@ -127,21 +120,6 @@ impl Pencil {
 /// The rays of all looks.
 fn looks(rays: usize) -> impl Iterator<Item = usize> {
     (0..LOOKS).flat_map(move |look| run(look, rays))
-}
-
-/// The rays of one look.
-fn run(look: usize, rays: usize) -> impl Iterator<Item = usize> {
-    (0..RUN).map(move |place| look * (rays / LOOKS) + place)
-}
-
-/// The smallest and the largest coordinates, NaN aside.
-fn bounds(points: impl Iterator<Item = Vec3>) -> (Vec3, Vec3) {
-    points.fold((Vec3::INFINITY, Vec3::NEG_INFINITY), |(low, high), point| {
-        (
-            Vec3::new(low.x.min(point.x), low.y.min(point.y), low.z.min(point.z)),
-            Vec3::new(high.x.max(point.x), high.y.max(point.y), high.z.max(point.z)),
-        )
-    })
 }
 
 /// Rounded, from 0 to the largest that fits; NaN is 0. The bits below 2^23 are the number, which a

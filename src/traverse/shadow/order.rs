@@ -8,20 +8,12 @@ use glam::Vec3;
 use rayon::prelude::*;
 
 use super::Query;
-use super::group::LANES;
 use crate::error::ShapeError;
 use crate::points::{LightSamples, Points};
+use crate::traverse::strewn::{LARGEST_SHARE, LOOKS, bounds, run};
 
 /// Fewer points are left as they come.
 const FEWEST: usize = 2048;
-
-/// How many groups of neighbours are looked at.
-const LOOKS: usize = 64;
-
-/// Points are in no order if sixteen in a row are spread by more than this share of what all are, in the
-/// mean and all axes added. It is nearly 0.9 if they are chosen at random, and a few hundredths in a
-/// picture.
-const LARGEST_SHARE: f32 = 0.4;
 
 /// Points in another order than the caller's.
 pub(crate) struct Ordered {
@@ -119,24 +111,13 @@ impl<S: LightSamples + ?Sized> LightSamples for OrderedSamples<'_, S> {
 
 /// True if points that follow one another are far apart.
 fn is_strewn(points: &Points<'_>) -> bool {
-    let step = points.len() / LOOKS;
-    let group = |look: usize| (0..LANES).map(move |place| look * step + place);
-    let looks: [(Vec3, Vec3); LOOKS] =
-        std::array::from_fn(|look| bounds(group(look).map(|point| points.position(point))));
+    let looks: [(Vec3, Vec3); LOOKS] = std::array::from_fn(|look| {
+        bounds(run(look, points.len()).map(|point| points.position(point)))
+    });
     let sum: f32 = looks.iter().map(|(low, high)| (high - low).element_sum()).sum();
     let all = bounds(looks.into_iter().flat_map(|(low, high)| [low, high]));
     // False where anything is infinite or NaN.
     sum > LARGEST_SHARE * LOOKS as f32 * (all.1 - all.0).element_sum()
-}
-
-/// The smallest and the largest coordinates, NaN aside.
-fn bounds(points: impl Iterator<Item = Vec3>) -> (Vec3, Vec3) {
-    let with = |pick: fn(f32, f32) -> f32, one: Vec3, other: Vec3| {
-        Vec3::new(pick(one.x, other.x), pick(one.y, other.y), pick(one.z, other.z))
-    };
-    points.fold((Vec3::INFINITY, Vec3::NEG_INFINITY), |(low, high), point| {
-        (with(f32::min, low, point), with(f32::max, high, point))
-    })
 }
 
 /// Ten bits, two zeros after each.
