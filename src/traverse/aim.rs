@@ -32,90 +32,115 @@ const LARGEST_MISS: f32 = 4.0;
 /// rounding of their own coordinates passes the margins, and parallel rays seem to meet.
 const FARTHEST_APEX: f32 = 4.0;
 
-/// How the rays of a tile run. It lives on the stack, once for each tile.
-#[allow(clippy::large_enum_variant)]
-pub(super) enum Aim {
-    /// All from one point.
-    Fan(Cone<true>),
-    /// All through one point.
-    Cone(Cone<false>),
-    /// Each group on its own.
-    Beams(Beams),
+/// How the rays of a tile run.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Run {
+    /// All from one point: [`Aim::fan`] tells.
+    Fan,
+    /// All through one point: [`Aim::cone`] tells.
+    Cone,
+    /// Each group on its own: [`Aim::beams`] tells.
+    Beams,
+}
+
+/// What is known of a tile's groups. It is kept for all tiles of a batch, since each part is larger than
+/// what is worth moving.
+pub(super) struct Aim {
+    pub(super) fan: Cone<true>,
+    pub(super) cone: Cone<false>,
+    pub(super) beams: Beams,
 }
 
 impl Aim {
+    /// Knows nothing yet.
+    pub(super) fn new() -> Self {
+        Self { fan: Cone::new(), cone: Cone::new(), beams: Beams::new() }
+    }
+
     /// How the rays of these groups run, and which groups it is for: those of `live` whose rays all run
     /// forwards. `None` if there is none.
-    pub(super) fn new<F: Lanes>(
+    pub(super) fn take<F: Lanes>(
+        &mut self,
         groups: &[Group<F>; GROUPS],
         live: u32,
         bvh: &Bvh,
-    ) -> Option<(Self, u32)> {
+    ) -> Option<(Run, u32)> {
         let axes = main_axis(groups, live)?;
-        let order = axes.order();
-        let mut all = Slopes::new();
-        let (inf, neg) = (F::splat(f32::INFINITY), F::splat(f32::NEG_INFINITY));
-        let mut slopes = [[F::splat(0.0); 2]; GROUPS];
-        let mut farthest = F::splat(0.0);
-        let mut aimed = 0;
-        let mut widest: f32 = 0.0;
-        for index in ones(live) {
-            let ray = &groups[index].ray;
-            let forward = axes.forward(&ray.dir);
-            let backwards =
-                ray.valid & (forward.lt(F::splat(SMALLEST_FORWARD)) | ray.t_min.lt(F::splat(0.0)));
-            if backwards.any() {
-                continue;
-            }
-            let inverse = F::splat(1.0) / forward;
-            slopes[index] = [ray.dir[order[0]] * inverse, ray.dir[order[1]] * inverse];
-            let lowest = |lanes| F::select(ray.valid, lanes, inf).reduce_min();
-            let highest = |lanes| F::select(ray.valid, lanes, neg).reduce_max();
-            let [x, y] = slopes[index];
-            let bounds = [[lowest(x), highest(x)], [lowest(y), highest(y)]];
-            let spread = (bounds[0][1] - bounds[0][0]) + (bounds[1][1] - bounds[1][0]);
-            aimed |= 1 << index;
-            widest = widest.max(spread);
-            [all.min[0][index], all.max[0][index]] = bounds[0];
-            [all.min[1][index], all.max[1][index]] = bounds[1];
-            let [x, y, z] = &ray.origin;
-            farthest = farthest.max(x.abs().max(y.abs()).max(z.abs()));
-        }
+        let (aimed, all, widest) = slopes(groups, live, axes);
         if aimed == 0 {
             return None;
         }
-        let extent = farthest.reduce_max() + bvh.extent;
+        let origin = shared_origin(groups, aimed);
+        let farthest = match origin {
+            Some(origin) => origin.into_iter().fold(0.0, |far: f32, part| far.max(part.abs())),
+            None => farthest(groups, aimed),
+        };
+        let extent = farthest + bvh.extent;
         let margin = beam_margin(extent);
         if !margin.is_finite() {
             return None;
         }
-        let reach = |margin| Reach::new(groups, aimed, axes, margin);
-        if let Some(origin) = shared_origin(groups, aimed) {
-            let reach = reach(margin);
+        if let Some(origin) = origin {
             let apex = axes.turn(origin);
-            if widest <= WIDEST_FAN
-                && let Some(fan) = Cone::new(axes, apex, origin, &all, &reach)
-            {
-                return Some((Self::Fan(fan), aimed));
+            let reach = |reach: &mut Reach| reach.take_from(groups, aimed, axes, margin, apex[2]);
+            if widest <= WIDEST_FAN && self.fan.take(axes, apex, origin, &all, reach) {
+                return Some((Run::Fan, aimed));
             }
-            if let Some(cone) = Cone::new(axes, apex, [0.0; 3], &all, &reach) {
-                return Some((Self::Cone(cone), aimed));
+            if self.cone.take(axes, apex, [0.0; 3], &all, reach) {
+                return Some((Run::Cone, aimed));
             }
         }
         let is_near = |apex: &[f32; 3]| {
             // Asked this way round, a NaN is far away.
             apex.iter().all(|part| part.abs() <= FARTHEST_APEX * extent)
         };
-        for apex in apexes(groups, aimed, axes, &slopes).into_iter().filter(is_near) {
-            let miss = largest_miss(groups, aimed, axes, &slopes, apex);
-            if miss <= LARGEST_MISS * margin
-                && let Some(cone) = Cone::new(axes, apex, [0.0; 3], &all, &reach(margin + miss))
-            {
-                return Some((Self::Cone(cone), aimed));
+        for apex in apexes(groups, aimed, axes).into_iter().filter(is_near) {
+            let miss = largest_miss(groups, aimed, axes, apex);
+            let reach = |reach: &mut Reach| reach.take(groups, aimed, axes, margin + miss);
+            if miss <= LARGEST_MISS * margin && self.cone.take(axes, apex, [0.0; 3], &all, reach) {
+                return Some((Run::Cone, aimed));
             }
         }
-        Some((Self::Beams(Beams::new(groups, aimed, axes, margin, &all, reach(margin))), aimed))
+        self.beams.take(groups, aimed, axes, margin, &all);
+        Some((Run::Beams, aimed))
     }
+}
+
+/// The groups of `live` whose rays all run forwards, the bounds of their slopes, and how far the slopes of
+/// one of them differ at most, both axes across added.
+fn slopes<F: Lanes>(groups: &[Group<F>; GROUPS], live: u32, axes: BeamAxes) -> (u32, Slopes, f32) {
+    let mut all = Slopes::new();
+    let (inf, neg) = (F::splat(f32::INFINITY), F::splat(f32::NEG_INFINITY));
+    let (mut aimed, mut widest) = (0, 0.0_f32);
+    for index in ones(live) {
+        let group = &groups[index];
+        let ray = &group.ray;
+        let backwards =
+            axes.forward(&ray.dir).lt(F::splat(SMALLEST_FORWARD)) | ray.t_min.lt(F::splat(0.0));
+        if (ray.valid & backwards).any() {
+            continue;
+        }
+        let lowest = |lanes| F::select(ray.valid, lanes, inf).reduce_min();
+        let highest = |lanes| F::select(ray.valid, lanes, neg).reduce_max();
+        let slopes = group.slopes(axes);
+        let (min, max) = (slopes.map(lowest), slopes.map(highest));
+        let spread = (max[0] - min[0]) + (max[1] - min[1]);
+        aimed |= 1 << index;
+        widest = widest.max(spread);
+        [all.min[0][index], all.min[1][index]] = min;
+        [all.max[0][index], all.max[1][index]] = max;
+    }
+    (aimed, all, widest)
+}
+
+/// The largest distance of an origin from zero, along any axis.
+fn farthest<F: Lanes>(groups: &[Group<F>; GROUPS], live: u32) -> f32 {
+    let mut farthest = F::splat(0.0);
+    for index in ones(live) {
+        let [x, y, z] = &groups[index].ray.origin;
+        farthest = farthest.max(x.abs().max(y.abs()).max(z.abs()));
+    }
+    farthest.reduce_max()
 }
 
 /// The point at which all rays start, if there is one.
@@ -149,15 +174,10 @@ fn main_axis<F: Lanes>(groups: &[Group<F>; GROUPS], live: u32) -> Option<BeamAxe
 
 /// Points that all rays may run through, in the beam's axes: where the first ray ends, and where it
 /// meets the last one. Not finite if there is none.
-fn apexes<F: Lanes>(
-    groups: &[Group<F>; GROUPS],
-    live: u32,
-    axes: BeamAxes,
-    slopes: &[[F; 2]; GROUPS],
-) -> [[f32; 3]; 2] {
+fn apexes<F: Lanes>(groups: &[Group<F>; GROUPS], live: u32, axes: BeamAxes) -> [[f32; 3]; 2] {
     let ray = |group: usize, lane: usize| {
         let origin = axes.turn(groups[group].ray.origin).map(|part| part.lane(lane));
-        (origin, slopes[group].map(|slope| slope.lane(lane)))
+        (origin, groups[group].slopes(axes).map(|slope| slope.lane(lane)))
     };
     let first = live.trailing_zeros() as usize;
     let last = live.ilog2() as usize;
@@ -182,7 +202,6 @@ fn largest_miss<F: Lanes>(
     groups: &[Group<F>; GROUPS],
     live: u32,
     axes: BeamAxes,
-    slopes: &[[F; 2]; GROUPS],
     apex: [f32; 3],
 ) -> f32 {
     let mut miss = F::splat(0.0);
@@ -190,8 +209,9 @@ fn largest_miss<F: Lanes>(
         let ray = &groups[index].ray;
         let origin = axes.turn(ray.origin);
         let step = F::splat(apex[2]) - origin[2];
+        let slopes = groups[index].slopes(axes);
         for across in 0..2 {
-            let at = slopes[index][across].mul_add_fast(step, origin[across]);
+            let at = slopes[across].mul_add_fast(step, origin[across]);
             let off = (at - F::splat(apex[across])).abs();
             miss = F::select(ray.valid, off, F::splat(0.0)).max(miss);
         }

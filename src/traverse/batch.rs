@@ -1,5 +1,6 @@
 //! Rays of any number: cut into tiles, each traced as one if its rays run alike, else one by one.
 
+use super::aim::Aim;
 use super::group::Group;
 use super::pace::Pace;
 use super::rest::Rest;
@@ -65,11 +66,11 @@ fn trace<const ANY: bool>(
 ) {
     let mut tile = Tile::<Native>::new(bvh);
     let mut stream = Stream::new();
-    let mut pace = Pace::new();
+    let (mut aim, mut pace) = (Aim::new(), Pace::new());
     for start in (0..rays.len()).step_by(TILE_RAYS) {
         let end = (start + TILE_RAYS).min(rays.len());
         tile.load(rays.range(start, end));
-        tile.trace::<ANY>(bvh, &mut pace);
+        tile.trace::<ANY>(bvh, &mut aim, &mut pace);
         stream.trace::<ANY, _>(bvh, &mut tile.groups, &tile.rest);
         for (group, start) in tile.groups.iter().zip((start..end).step_by(Native::LANES)) {
             done(start, group, (end - start).min(Native::LANES));
@@ -80,11 +81,11 @@ fn trace<const ANY: bool>(
 /// The share of the rays that tiles would leave to go on their own.
 pub(super) fn share_alone(bvh: &Bvh, rays: Rays<'_>) -> f32 {
     let mut tile = Tile::<Native>::new(bvh);
-    let mut pace = Pace::new();
+    let (mut aim, mut pace) = (Aim::new(), Pace::new());
     let mut alone = 0;
     for start in (0..rays.len()).step_by(TILE_RAYS) {
         tile.load(rays.range(start, (start + TILE_RAYS).min(rays.len())));
-        tile.trace::<false>(bvh, &mut pace);
+        tile.trace::<false>(bvh, &mut aim, &mut pace);
         alone +=
             ones(tile.rest.groups()).map(|group| tile.rest.lanes(group).count_ones()).sum::<u32>();
     }

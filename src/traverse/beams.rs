@@ -15,14 +15,37 @@ pub(super) struct Beams {
 }
 
 impl Beams {
-    pub(super) fn new<F: Lanes>(
+    /// No rays yet.
+    pub(super) fn new() -> Self {
+        let (zero, zeros) = (F32x8::ZERO, F32x16::ZERO);
+        let none = [zeros; 3];
+        Self {
+            groups: Beam {
+                origin: Bounds { min: none, max: none },
+                slope_min: [zeros; 2],
+                slope_max: [zeros; 2],
+                start: zeros,
+            },
+            whole: Beam {
+                origin: Bounds { min: [zero; 3], max: [zero; 3] },
+                slope_min: [zero; 2],
+                slope_max: [zero; 2],
+                start: zero,
+            },
+            reach: Reach::NOWHERE,
+        }
+    }
+
+    /// Takes the rays of other groups.
+    pub(super) fn take<F: Lanes>(
+        &mut self,
         groups: &[Group<F>; GROUPS],
         live: u32,
         axes: BeamAxes,
         margin: f32,
         slopes: &Slopes,
-        reach: Reach,
-    ) -> Self {
+    ) {
+        self.reach.take(groups, live, axes, margin);
         let mut min = [[f32::INFINITY; GROUPS]; 3];
         let mut max = [[f32::NEG_INFINITY; GROUPS]; 3];
         let (inf, neg) = (F::splat(f32::INFINITY), F::splat(f32::NEG_INFINITY));
@@ -43,16 +66,13 @@ impl Beams {
             max: origin.max.map(|lanes| F32x8::splat(lanes.reduce_max())),
         };
         let ((slope_min, slope_max), (whole_min, whole_max)) = (slopes.lanes(), slopes.whole());
-        Self {
-            groups: Beam { origin, slope_min, slope_max, start: reach.start },
-            whole: Beam {
-                origin: whole_origin,
-                slope_min: whole_min,
-                slope_max: whole_max,
-                start: reach.whole_start,
-            },
-            reach,
-        }
+        self.groups = Beam { origin, slope_min, slope_max, start: self.reach.start };
+        self.whole = Beam {
+            origin: whole_origin,
+            slope_min: whole_min,
+            slope_max: whole_max,
+            start: self.reach.whole_start,
+        };
     }
 }
 

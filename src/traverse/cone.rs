@@ -26,37 +26,51 @@ pub(super) struct Footprints {
 }
 
 impl<const FAN: bool> Cone<FAN> {
-    /// `None` if the apex lies amidst the rays.
-    pub(super) fn new(
+    /// No rays yet.
+    pub(super) fn new() -> Self {
+        let (zero, zeros) = (F32x8::ZERO, F32x16::ZERO);
+        Self {
+            axes: BeamAxes { main: 0, mirrored: false },
+            apex: [zero; 3],
+            origin: [zero; 3],
+            margin: zero,
+            groups: Footprint { min: [zeros; 2], max: [zeros; 2] },
+            whole: Footprint { min: [zero; 2], max: [zero; 2] },
+            reach: Reach::NOWHERE,
+        }
+    }
+
+    /// Takes the rays of other groups, whose reach `reach` fills in. False if the apex lies amidst them.
+    pub(super) fn take(
+        &mut self,
         axes: BeamAxes,
         apex: [f32; 3],
         origin: [f32; 3],
         slopes: &Slopes,
-        reach: &Reach,
-    ) -> Option<Self> {
-        let margin = reach.margin;
-        let diverge = reach.whole_start.lane(0) >= apex[2] - 2.0 * margin;
-        let converge = reach.whole_end.lane(0) <= apex[2] + 2.0 * margin;
+        reach: impl Fn(&mut Reach),
+    ) -> bool {
+        reach(&mut self.reach);
+        let margin = self.reach.margin;
+        let diverge = self.reach.whole_start.lane(0) >= apex[2] - 2.0 * margin;
+        let converge = self.reach.whole_end.lane(0) <= apex[2] + 2.0 * margin;
         if !(diverge || converge) {
-            return None;
+            return false;
         }
         let ((min, max), (whole_min, whole_max)) = (slopes.lanes(), slopes.whole());
-        let mut cone = Self {
-            axes,
-            apex: apex.map(F32x8::splat),
-            origin: origin.map(F32x8::splat),
-            margin: F32x8::splat(margin),
-            groups: Footprint { min, max },
-            whole: Footprint { min: whole_min, max: whole_max },
-            reach: reach.clone(),
-        };
-        if !diverge {
-            cone.axes.mirrored = !axes.mirrored;
-            cone.apex[2] = -cone.apex[2];
-            cone.groups = Footprint { min: max.map(|s| -s), max: min.map(|s| -s) };
-            cone.whole = Footprint { min: whole_max.map(|s| -s), max: whole_min.map(|s| -s) };
+        self.axes = axes;
+        self.apex = apex.map(F32x8::splat);
+        self.origin = origin.map(F32x8::splat);
+        self.margin = F32x8::splat(margin);
+        if diverge {
+            self.groups = Footprint { min, max };
+            self.whole = Footprint { min: whole_min, max: whole_max };
+        } else {
+            self.axes.mirrored = !axes.mirrored;
+            self.apex[2] = -self.apex[2];
+            self.groups = Footprint { min: max.map(|s| -s), max: min.map(|s| -s) };
+            self.whole = Footprint { min: whole_max.map(|s| -s), max: whole_min.map(|s| -s) };
         }
-        Some(cone)
+        true
     }
 }
 

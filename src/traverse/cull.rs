@@ -7,7 +7,7 @@ use super::group::Group;
 use super::ones;
 use super::tile::GROUPS;
 use crate::kernels::{BeamAxes, ScaledRay};
-use crate::simd::{F32x8, F32x16, LaneMask, Lanes};
+use crate::simd::{F32x8, F32x16, Lanes};
 
 /// Culls boxes for the groups of a tile.
 pub(super) trait Cull {
@@ -58,6 +58,9 @@ impl Slopes {
     }
 }
 
+/// Rays that reach farther leave all scenes behind: nobody has to know where they end.
+const FAR: f32 = 1e30;
+
 /// Where the ranges of the groups start and end, forwards, widened by the margin.
 #[derive(Clone)]
 pub(super) struct Reach {
@@ -71,41 +74,76 @@ pub(super) struct Reach {
 }
 
 impl Reach {
-    pub(super) fn new<F: Lanes>(
+    /// Of no rays.
+    pub(super) const NOWHERE: Self = Self {
+        axes: BeamAxes { main: 0, mirrored: false },
+        margin: 0.0,
+        start: F32x16::ZERO,
+        end: F32x16::ZERO,
+        ends: [f32::NEG_INFINITY; GROUPS],
+        whole_start: F32x8::ZERO,
+        whole_end: F32x8::ZERO,
+    };
+
+    /// Takes the rays of other groups.
+    pub(super) fn take<F: Lanes>(
+        &mut self,
         groups: &[Group<F>; GROUPS],
         live: u32,
         axes: BeamAxes,
         margin: f32,
-    ) -> Self {
-        let (inf, neg) = (f32::INFINITY, f32::NEG_INFINITY);
-        let mut reach = Self {
-            axes,
-            margin,
-            start: F32x16::splat(inf),
-            end: F32x16::splat(neg),
-            ends: [neg; GROUPS],
-            whole_start: F32x8::splat(inf),
-            whole_end: F32x8::splat(neg),
-        };
+    ) {
+        (self.axes, self.margin) = (axes, margin);
+        let inf = f32::INFINITY;
         let mut starts = [inf; GROUPS];
         for index in ones(live) {
             let ray = &groups[index].ray;
             // No range starts before its origin.
             let origin = axes.forward(&ray.origin);
             starts[index] = F::select(ray.valid, origin, F::splat(inf)).reduce_min() - margin;
-            reach.ends[index] = reach.end_of(ray);
         }
-        reach.start = F32x16::load(&starts);
-        reach.whole_start = F32x8::splat(reach.start.reduce_min());
-        reach.settle();
-        reach
+        self.start = F32x16::load(&starts);
+        self.whole_start = F32x8::splat(self.start.reduce_min());
+        self.take_ends(groups, live);
     }
 
+    /// As [`Reach::take`], of rays that all start at `start` on the main axis.
+    pub(super) fn take_from<F: Lanes>(
+        &mut self,
+        groups: &[Group<F>; GROUPS],
+        live: u32,
+        axes: BeamAxes,
+        margin: f32,
+        start: f32,
+    ) {
+        (self.axes, self.margin) = (axes, margin);
+        self.start = F32x16::splat(start - margin);
+        self.whole_start = F32x8::splat(start - margin);
+        self.take_ends(groups, live);
+    }
+
+    fn take_ends<F: Lanes>(&mut self, groups: &[Group<F>; GROUPS], live: u32) {
+        let mut least = F::splat(f32::MAX);
+        for index in ones(live) {
+            let ray = &groups[index].ray;
+            least = least.min(F::select(ray.valid, ray.t_max, F::splat(f32::MAX)));
+        }
+        if least.reduce_min() >= FAR {
+            self.ends = [f32::INFINITY; GROUPS];
+            self.end = F32x16::splat(f32::INFINITY);
+            self.whole_end = F32x8::splat(f32::INFINITY);
+            return;
+        }
+        self.ends = [f32::NEG_INFINITY; GROUPS];
+        for index in ones(live) {
+            self.ends[index] = self.end_of(&groups[index].ray);
+        }
+        self.settle();
+    }
+
+    /// Up to where the rays go on the main axis.
     #[inline(always)]
     fn end_of<F: Lanes>(&self, ray: &ScaledRay<F>) -> f32 {
-        if ray.t_max.eq(F::splat(f32::INFINITY)).any() {
-            return f32::INFINITY;
-        }
         let (origin, dir) = (self.axes.forward(&ray.origin), self.axes.forward(&ray.dir));
         let end = ray.t_max.mul_add_fast(dir, origin);
         let end = F::select(ray.t_max.ge(ray.t_min), end, F::splat(f32::NEG_INFINITY));

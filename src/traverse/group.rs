@@ -7,7 +7,7 @@ use super::single::Single;
 use super::{Closest, SHEAR_ORDER};
 use crate::hit::NO_HIT;
 use crate::kernels::{
-    Met, Projected, ScaledRay, Sheared, SlabRay, intersect_quad, intersect_sphere,
+    BeamAxes, Met, Projected, ScaledRay, Sheared, SlabRay, intersect_quad, intersect_sphere,
     intersect_triangle,
 };
 use crate::simd::{LaneMask, Lanes, each};
@@ -90,6 +90,18 @@ impl<F: Lanes> Group<F> {
     #[inline(always)]
     pub(super) fn met(&self) -> u32 {
         self.ray.valid.bits() & !self.missing
+    }
+
+    /// How far the rays move across for one step forwards, on the first two of the axes' order.
+    #[inline(always)]
+    pub(super) fn slopes(&self, axes: BeamAxes) -> [F; 2] {
+        let order = axes.order();
+        if self.axes == 1 << axes.main {
+            // Rays that all run along this axis know it: it is what shears them.
+            return if axes.mirrored { self.shear.map(|slope| -slope) } else { self.shear };
+        }
+        let inverse = F::splat(1.0) / axes.forward(&self.ray.dir);
+        [self.ray.dir[order[0]] * inverse, self.ray.dir[order[1]] * inverse]
     }
 
     /// Makes the rays ready for [`Group::interval`].

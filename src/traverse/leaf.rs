@@ -1,6 +1,6 @@
 //! A leaf in registers: its primitives side by side, and the box of each.
 
-use crate::bvh::LeafArray;
+use crate::bvh;
 use crate::kernels::Outlines;
 use crate::simd::{F32x8, Lanes, each};
 
@@ -8,44 +8,31 @@ use crate::simd::{F32x8, Lanes, each};
 pub(super) const SPHERE_FIELDS: usize = 4;
 
 /// A leaf of one kind of primitives, taken out of its array: one lane a primitive.
-pub(super) struct Leaf<'a, const FIELDS: usize> {
-    pub(super) lanes: [F32x8; FIELDS],
-    pub(super) ids: &'a [u32],
-    pub(super) count: u32,
-}
+pub(super) struct Leaf<const FIELDS: usize>([F32x8; FIELDS]);
 
-impl<'a, const FIELDS: usize> Leaf<'a, FIELDS> {
+impl<const FIELDS: usize> Leaf<FIELDS> {
+    /// The fields as they are.
     #[inline(always)]
-    pub(super) fn new(array: &'a LeafArray<FIELDS>, first: u32, count: u32) -> Self {
-        let leaf = array.leaf(first, count);
-        let lanes = each(|field| F32x8::load(leaf.lanes(field)));
-        Self { lanes, ids: &array.ids[first as usize..][..count as usize], count }
+    pub(super) fn new(leaf: bvh::Leaf<'_>) -> Self {
+        Self(each(|field| F32x8::load(leaf.lanes(field))))
     }
 
-    /// The boxes of the primitives.
+    /// All points relative to `origin`, as each ray that starts there would make them.
     #[inline(always)]
-    pub(super) fn bounds(&self) -> [F32x8; 6] {
-        boxes::<FIELDS>(|field| self.lanes[field])
+    pub(super) fn seen_from(origin: [F32x8; 3], leaf: bvh::Leaf<'_>) -> Self {
+        Self(each(|field| F32x8::load(leaf.lanes(field)) - origin[field % 3]))
     }
 
-    /// Makes all points relative to `origin`, as each ray that starts there would.
-    #[inline(always)]
-    pub(super) fn shift(&mut self, origin: [F32x8; 3]) {
-        for (field, lanes) in self.lanes.iter_mut().enumerate() {
-            *lanes -= origin[field % 3];
-        }
-    }
-
-    /// The outlines of triangles that are relative to where all rays start; `None` for other primitives.
+    /// The outlines of triangles that are seen from where all rays start; `None` for other primitives.
     #[inline(always)]
     pub(super) fn outlines(&self) -> Option<Outlines> {
-        <&[F32x8; 9]>::try_from(self.lanes.as_slice()).ok().map(Outlines::new)
+        <&[F32x8; 9]>::try_from(self.0.as_slice()).ok().map(Outlines::new)
     }
 
     /// The fields of one primitive.
     #[inline(always)]
     pub(super) fn fields(&self, place: usize) -> [f32; FIELDS] {
-        each(|field| self.lanes[field].lane(place & 7))
+        each(|field| self.0[field].lane(place & 7))
     }
 }
 

@@ -16,16 +16,16 @@
 //! Invariants: bounds, slab tests and the primitives' own tests never contradict each other, so a
 //! descent finds what the scalar reference finds.
 
-use super::aim::Aim;
+use super::aim::{Aim, Run};
 use super::cull::Cull;
 use super::group::{Group, MAX_LANES};
-use super::leaf::{Leaf, SPHERE_FIELDS};
+use super::leaf::{Leaf, SPHERE_FIELDS, boxes};
 use super::open::Open;
 use super::pace::{self, Pace};
 use super::rest::Rest;
 use super::visits::count;
 use super::{ones, stack_size};
-use crate::bvh::{Bvh, Child, Node, PrimKind, WIDTH};
+use crate::bvh::{Bvh, Child, LeafArray, Node, PrimKind, WIDTH};
 use crate::kernels::ScaledRay;
 use crate::prefetch::Shelves;
 use crate::ray::Rays;
@@ -121,7 +121,7 @@ impl<F: Lanes> Tile<F> {
 
     /// Traces all groups: their closest hits, or any hits if `ANY`. What is left to single rays is in
     /// [`Tile::rest`].
-    pub(super) fn trace<const ANY: bool>(&mut self, bvh: &Bvh, pace: &mut Pace) {
+    pub(super) fn trace<const ANY: bool>(&mut self, bvh: &Bvh, aim: &mut Aim, pace: &mut Pace) {
         self.rest.clear();
         if bvh.nodes.is_empty() {
             return;
@@ -129,22 +129,22 @@ impl<F: Lanes> Tile<F> {
         (self.first.settled, self.first.cost) = (0, 0);
         let live = self.live;
         let mut aimed = 0;
-        if let Some((mut aim, groups)) = Aim::new(&self.groups, live, bvh) {
+        if let Some((run, groups)) = aim.take(&self.groups, live, bvh) {
             aimed = groups;
             self.live = aimed;
-            match &mut aim {
-                Aim::Fan(_) if !pace.takes_fans() => self.leave_whole(),
-                Aim::Fan(fan) => {
+            match run {
+                Run::Fan if !pace.takes_fans() => self.leave_whole(),
+                Run::Fan => {
                     self.budget = pace::budget(aimed.count_ones() * F::LANES as u32);
-                    let spent = self.descend::<ANY, _>(bvh, fan);
+                    let spent = self.descend::<ANY, _>(bvh, &mut aim.fan);
                     pace.fan_ended(spent);
                     if spent {
                         // What it found stands: single rays look for what is closer, or as close.
                         self.leave_whole();
                     }
                 }
-                Aim::Cone(cone) => _ = self.descend::<ANY, _>(bvh, cone),
-                Aim::Beams(beams) => _ = self.descend::<ANY, _>(bvh, beams),
+                Run::Cone => _ = self.descend::<ANY, _>(bvh, &mut aim.cone),
+                Run::Beams => _ = self.descend::<ANY, _>(bvh, &mut aim.beams),
             }
         }
         self.live = live & !aimed;
@@ -209,25 +209,27 @@ impl<F: Lanes> Tile<F> {
         (index, meta): (u32, u32),
     ) {
         let leaves = &bvh.leaves;
-        match Child::unpack(index, meta) {
-            Child::Inner(_) => {}
-            Child::Leaf { kind: PrimKind::Triangle, first, count } => {
-                let leaf = Leaf::new(&leaves.triangles, first, count);
-                self.enter_leaf::<ANY, C, 9>(cull, groups, leaf, |group, fields, id| {
+        let Child::Leaf { kind, first, count } = Child::unpack(index, meta) else {
+            return;
+        };
+        let leaf = (first, count);
+        match kind {
+            PrimKind::Triangle => {
+                let meet = |group: &mut Group<F>, fields: &_, id| {
                     group.meet_triangle::<ANY>(fields, C::FAN, id)
-                });
+                };
+                self.enter_leaf::<ANY, C, 9>(cull, groups, &leaves.triangles, leaf, meet);
             }
-            Child::Leaf { kind: PrimKind::Quad, first, count } => {
-                let leaf = Leaf::new(&leaves.quads, first, count);
-                self.enter_leaf::<ANY, C, 12>(cull, groups, leaf, |group, fields, id| {
+            PrimKind::Quad => {
+                let meet = |group: &mut Group<F>, fields: &_, id| {
                     group.meet_quad::<ANY>(fields, C::FAN, id)
-                });
+                };
+                self.enter_leaf::<ANY, C, 12>(cull, groups, &leaves.quads, leaf, meet);
             }
-            Child::Leaf { kind: PrimKind::Sphere, first, count } => {
-                let leaf = Leaf::new(&leaves.spheres, first, count);
-                self.enter_leaf::<ANY, C, 4>(cull, groups, leaf, |group, fields, id| {
-                    group.meet_sphere::<ANY>(fields, id)
-                });
+            PrimKind::Sphere => {
+                let meet =
+                    |group: &mut Group<F>, fields: &_, id| group.meet_sphere::<ANY>(fields, id);
+                self.enter_leaf::<ANY, C, 4>(cull, groups, &leaves.spheres, leaf, meet);
             }
         }
     }
@@ -361,17 +363,22 @@ impl<F: Lanes> Tile<F> {
         &mut self,
         cull: &mut C,
         groups: u32,
-        mut leaf: Leaf<'_, FIELDS>,
+        array: &LeafArray<FIELDS>,
+        (first, len): (u32, u32),
         meet: impl Fn(&mut Group<F>, &[f32; FIELDS], u32) -> bool,
     ) {
         count(|visits| visits.leaves += 1);
         self.spend(pace::LEAF);
-        let (boxes, places) = cull.boxes(leaf.bounds());
-        if C::FAN && FIELDS != SPHERE_FIELDS {
-            leaf.shift(cull.origin());
-        }
+        let packed = array.leaf(first, len);
+        let (boxes, places) = cull.boxes(boxes::<FIELDS>(|field| F32x8::load(packed.lanes(field))));
+        let ids = &array.ids[first as usize..][..len as usize];
+        let leaf: Leaf<FIELDS> = if C::FAN && FIELDS != SPHERE_FIELDS {
+            Leaf::seen_from(cull.origin(), packed)
+        } else {
+            Leaf::new(packed)
+        };
         let outlines = if C::FAN { leaf.outlines() } else { None };
-        let mut places = places & ((1 << leaf.count) - 1);
+        let mut places = places & ((1 << len) - 1);
         let mut closer = 0;
         while places != 0 {
             let place = places.trailing_zeros();
@@ -389,7 +396,7 @@ impl<F: Lanes> Tile<F> {
                 met = ones(met).fold(0, |met, index| met | u32::from(inside(index)) << index);
             }
             let fields = leaf.fields(place as usize);
-            let id = leaf.ids[place as usize];
+            let id = ids[place as usize];
             for index in ones(met) {
                 count(|visits| visits.primitive_groups += 1);
                 let group = &mut self.groups[index];

@@ -8,6 +8,7 @@ use crate::geometry::Aabb;
 use crate::kernels::ScaledRay;
 use crate::points::SHADOW_T_MAX;
 use crate::simd::{F32x16, Lanes};
+use crate::traverse::aim::Aim;
 use crate::traverse::pace::Pace;
 use crate::traverse::stream::Stream;
 use crate::traverse::tile::{GROUPS, Tile};
@@ -26,6 +27,7 @@ pub(super) struct Tiled<'a> {
     bvh: &'a Bvh,
     tile: Tile<F32x16>,
     stream: Stream,
+    aim: Aim,
     pace: Pace,
     /// The lanes of each bundle that have a ray, and its place; the first [`Tiled::len`] count.
     active: [u32; GROUPS],
@@ -44,6 +46,7 @@ impl<'a> Tiled<'a> {
             bvh,
             tile: Tile::new(bvh),
             stream: Stream::new(),
+            aim: Aim::new(),
             pace: Pace::new(),
             active: [0; GROUPS],
             places: [0; GROUPS],
@@ -81,7 +84,7 @@ impl<'a> Tiled<'a> {
         if self.len == 0 {
             return;
         }
-        self.tile.trace::<true>(self.bvh, &mut self.pace);
+        self.tile.trace::<true>(self.bvh, &mut self.aim, &mut self.pace);
         self.stream.trace::<true, _>(self.bvh, &mut self.tile.groups, &self.tile.rest);
         for (index, group) in self.tile.groups[..self.len].iter().enumerate() {
             give(self.places[index], self.active[index] & !group.met());
