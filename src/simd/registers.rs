@@ -163,6 +163,45 @@ macro_rules! lanes {
                 lanes[0]
             }
             #[inline(always)]
+            fn reduce_bounds(low: [Self; 2], high: [Self; 2]) -> [[f32; 2]; 2] {
+                const HALF: usize = $count / 2;
+                const QUARTER: usize = $count / 4;
+                // Plain loops over arrays: the compiler makes one shuffle of each.
+                let halves = |[x, y]: [Self; 2], pick: fn(f32, f32) -> f32| {
+                    let (x, y, mut lanes) = (x.to_array(), y.to_array(), [0.0; $count]);
+                    for lane in 0..HALF {
+                        lanes[lane] = pick(x[lane], x[lane + HALF]);
+                        lanes[lane + HALF] = pick(y[lane], y[lane + HALF]);
+                    }
+                    <$vector>::new(lanes)
+                };
+                let low = halves(low, Lanes::min).to_array();
+                let high = (-halves(high, Lanes::max)).to_array();
+                let quarters = |from: usize| {
+                    let mut lanes = [0.0; $count];
+                    for lane in 0..QUARTER {
+                        for (half, lanes) in lanes.chunks_exact_mut(HALF).enumerate() {
+                            let side = if half == 0 { &low } else { &high };
+                            lanes[lane] = side[lane + from];
+                            lanes[lane + QUARTER] = side[lane + HALF + from];
+                        }
+                    }
+                    <$vector>::new(lanes)
+                };
+                let mut least = Lanes::min(quarters(0), quarters(QUARTER));
+                let mut step = QUARTER / 2;
+                while step > 0 {
+                    let (all, mut lanes) = (least.to_array(), [0.0; $count]);
+                    for lane in 0..$count {
+                        lanes[lane] = all[lane ^ step];
+                    }
+                    least = Lanes::min(least, <$vector>::new(lanes));
+                    step /= 2;
+                }
+                let least = least.to_array();
+                [[least[0], least[QUARTER]], [-least[HALF], -least[HALF + QUARTER]]]
+            }
+            #[inline(always)]
             fn lane(&self, lane: usize) -> f32 {
                 self.as_array()[lane]
             }
@@ -195,3 +234,26 @@ impl FromBits<wide::i32x16> for F32x16 {
 
 lanes!(F32x8, 8, wide::i32x8);
 lanes!(F32x16, 16, wide::i32x16);
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn bounds_are_the_extremes<F: Lanes>() {
+        let value = |seed: usize, lane: usize| ((lane * 7 + seed * 5) % 16) as f32 - 6.5;
+        let lanes =
+            |seed: usize| F::load(&std::array::from_fn::<_, 16, _>(|lane| value(seed, lane)));
+        for seed in 0..16 {
+            let [low, high] = [[lanes(seed), lanes(seed + 3)], [lanes(seed + 1), lanes(seed + 6)]];
+            let expected = [low.map(|of| of.reduce_min()), high.map(|of| of.reduce_max())];
+            assert_eq!(F::reduce_bounds(low, high), expected);
+        }
+    }
+
+    #[test]
+    fn four_reductions_at_once_are_those_one_by_one() {
+        bounds_are_the_extremes::<f32>();
+        bounds_are_the_extremes::<F32x8>();
+        bounds_are_the_extremes::<F32x16>();
+    }
+}

@@ -105,6 +105,10 @@ impl Lanes for f32 {
         self
     }
     #[inline(always)]
+    fn reduce_bounds(low: [Self; 2], high: [Self; 2]) -> [[f32; 2]; 2] {
+        [low, high]
+    }
+    #[inline(always)]
     fn lane(&self, _lane: usize) -> f32 {
         *self
     }

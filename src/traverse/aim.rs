@@ -120,10 +120,11 @@ fn slopes<F: Lanes>(groups: &[Group<F>; GROUPS], live: u32, axes: BeamAxes) -> (
         if (ray.valid & backwards).any() {
             continue;
         }
-        let lowest = |lanes| F::select(ray.valid, lanes, inf).reduce_min();
-        let highest = |lanes| F::select(ray.valid, lanes, neg).reduce_max();
         let slopes = group.slopes(axes);
-        let (min, max) = (slopes.map(lowest), slopes.map(highest));
+        let [min, max] = F::reduce_bounds(
+            slopes.map(|slope| F::select(ray.valid, slope, inf)),
+            slopes.map(|slope| F::select(ray.valid, slope, neg)),
+        );
         let spread = (max[0] - min[0]) + (max[1] - min[1]);
         aimed |= 1 << index;
         widest = widest.max(spread);

@@ -52,9 +52,16 @@ impl Beams {
         for index in ones(live) {
             let ray = &groups[index].ray;
             let origin = axes.turn(ray.origin);
-            for axis in 0..3 {
-                min[axis][index] = F::select(ray.valid, origin[axis], inf).reduce_min() - margin;
-                max[axis][index] = F::select(ray.valid, origin[axis], neg).reduce_max() + margin;
+            let low = origin.map(|part| F::select(ray.valid, part, inf));
+            let high = origin.map(|part| F::select(ray.valid, part, neg));
+            let [first, last] = F::reduce_bounds([low[0], low[1]], [high[0], high[1]]);
+            for (axis, first, last) in [
+                (0, first[0], last[0]),
+                (1, first[1], last[1]),
+                (2, low[2].reduce_min(), high[2].reduce_max()),
+            ] {
+                min[axis][index] = first - margin;
+                max[axis][index] = last + margin;
             }
         }
         let origin = Bounds {
