@@ -17,6 +17,9 @@ use crate::traverse::{Closest, batch, reference};
 /// How many rays a thread takes at a time: many tiles, so that starting a batch costs little.
 const CHUNK: usize = 64 * batch::TILE_RAYS;
 
+/// How many neighbours are named together.
+const RUN: usize = 16;
+
 impl Scene {
     /// The closest hit of one ray.
     pub fn intersect(&self, ray: &Ray) -> Option<Hit> {
@@ -81,16 +84,14 @@ impl Scene {
     }
 
     fn intersect_in_order(&self, rays: Rays<'_>, hits: &mut Hits<'_>) {
-        batch::intersect(&self.bvh, rays, hits, |prim_ids, geom_ids| {
-            self.name_geometries(prim_ids, geom_ids);
-        });
+        batch::intersect(&self.bvh, rays, hits, |ids| self.name(ids));
     }
 
     /// `t`, `u`, `v` and the id over all geometries.
     fn intersect_sorted(&self, sorted: &Sorted) -> Pages<[u32; 4]> {
         sorted.trace(|rays, places, found: &mut [[u32; 4]]| {
             let mut hits = HitBatch::new(rays.len());
-            batch::intersect(&self.bvh, rays, &mut hits.as_hits(), |_, _| ());
+            batch::intersect(&self.bvh, rays, &mut hits.as_hits(), |ids| [*ids; 2]);
             for (index, &place) in places.iter().enumerate() {
                 let [t, u, v] = [hits.t[index], hits.u[index], hits.v[index]].map(f32::to_bits);
                 found[place as usize] = [t, u, v, hits.prim_id[index]];
@@ -172,30 +173,58 @@ impl Scene {
     }
 
     /// Turns the ids over all geometries that a batch found into `prim_id` and `geom_id`.
-    #[inline(always)]
     fn name_geometries(&self, prim_ids: &mut [u32], geom_ids: &mut [u32]) {
-        let second = self.first_ids.get(1).copied().unwrap_or(NO_HIT);
-        let third = self.first_ids.get(2).copied().unwrap_or(NO_HIT);
-        for (prim_id, geom_id) in prim_ids.iter_mut().zip(geom_ids.iter_mut()) {
-            // Most scenes that are traced in bulk have one or two geometries.
-            if *prim_id < second {
-                *geom_id = 0;
-            } else if *prim_id < third {
-                *geom_id = 1;
-                *prim_id -= second;
-            } else if *prim_id == NO_HIT {
-                *geom_id = NO_HIT;
-            } else {
-                let geometry = self.first_ids.partition_point(|&first| first <= *prim_id) - 1;
-                *geom_id = geometry as u32;
-                *prim_id -= self.first_ids[geometry];
-            }
+        for (prim_ids, geom_ids) in prim_ids.chunks_mut(RUN).zip(geom_ids.chunks_mut(RUN)) {
+            let mut ids = [NO_HIT; RUN];
+            ids[..prim_ids.len()].copy_from_slice(prim_ids);
+            let [prims, geometries] = self.name(&ids);
+            prim_ids.copy_from_slice(&prims[..prim_ids.len()]);
+            geom_ids.copy_from_slice(&geometries[..geom_ids.len()]);
         }
+    }
+
+    /// The `prim_id` and `geom_id` of neighbours, by their ids over all geometries. Mostly they hit one
+    /// geometry or nothing, which takes no branch for each.
+    #[inline(always)]
+    fn name<const COUNT: usize>(&self, ids: &[u32; COUNT]) -> [[u32; COUNT]; 2] {
+        let least = ids.iter().fold(NO_HIT, |least, &id| least.min(id));
+        if least == NO_HIT {
+            return [[NO_HIT; COUNT]; 2];
+        }
+        let geometry = self.geometry_of(least);
+        let first = self.first_ids[geometry];
+        let next = self.first_ids.get(geometry + 1).copied().unwrap_or(NO_HIT);
+        let (mut prim_ids, mut geom_ids, mut others) = ([0; COUNT], [0; COUNT], 0);
+        for (lane, &id) in ids.iter().enumerate() {
+            let within = id < next;
+            others |= u32::from(!within & (id != NO_HIT));
+            prim_ids[lane] = if within { id - first } else { NO_HIT };
+            geom_ids[lane] = if within { geometry as u32 } else { NO_HIT };
+        }
+        if others == 0 { [prim_ids, geom_ids] } else { self.name_each(ids) }
+    }
+
+    /// As [`Scene::name`], one by one.
+    #[cold]
+    #[inline(never)]
+    fn name_each<const COUNT: usize>(&self, ids: &[u32; COUNT]) -> [[u32; COUNT]; 2] {
+        let mut named = [[NO_HIT; COUNT]; 2];
+        for (lane, &id) in ids.iter().enumerate().filter(|&(_, &id)| id != NO_HIT) {
+            let geometry = self.geometry_of(id);
+            (named[0][lane], named[1][lane]) = (id - self.first_ids[geometry], geometry as u32);
+        }
+        named
+    }
+
+    /// The geometry that a primitive belongs to.
+    #[inline(always)]
+    fn geometry_of(&self, id: u32) -> usize {
+        self.first_ids.partition_point(|&first| first <= id) - 1
     }
 
     /// The hit that a traversal found, its primitive by geometry.
     fn hit(&self, closest: &Closest) -> Hit {
-        let geom_id = self.first_ids.partition_point(|&first| first <= closest.id) - 1;
+        let geom_id = self.geometry_of(closest.id);
         let prim_id = closest.id - self.first_ids[geom_id];
         Hit { t: closest.t, u: closest.u, v: closest.v, prim_id, geom_id: geom_id as u32 }
     }

@@ -16,24 +16,23 @@ use crate::simd::{F32x8, LaneMask, Lanes, Native};
 /// The rays that one step of a batch takes: also the unit in which threads share a batch.
 pub(crate) const TILE_RAYS: usize = Tile::<Native>::RAYS;
 
-/// Writes the closest hit of each ray. `name` gets the ids over all geometries of some hits and turns
-/// them into `prim_id` and `geom_id`.
+/// Writes the closest hit of each ray. `name` turns the ids over all geometries of some hits into
+/// `prim_id` and `geom_id`.
 pub(crate) fn intersect(
     bvh: &Bvh,
     rays: Rays<'_>,
     hits: &mut Hits<'_>,
-    name: impl Fn(&mut [u32], &mut [u32]),
+    name: impl Fn(&[u32; Native::LANES]) -> [[u32; Native::LANES]; 2],
 ) {
     trace::<false>(bvh, rays, |start, group, count| {
         let range = start..start + count;
         store(group.t(), &mut hits.t[range.clone()]);
         store(group.u, &mut hits.u[range.clone()]);
         store(group.v, &mut hits.v[range.clone()]);
-        let prim_ids = &mut hits.prim_id[range.clone()];
-        for (lane, id) in prim_ids.iter_mut().enumerate() {
-            *id = group.id(lane);
-        }
-        name(prim_ids, &mut hits.geom_id[range]);
+        // Named before they are written: to read them again would wait for the memory.
+        let [prim_ids, geom_ids] = name(&group.ids());
+        store_ids(&prim_ids, &mut hits.prim_id[range.clone()]);
+        store_ids(&geom_ids, &mut hits.geom_id[range]);
     });
 }
 
@@ -56,6 +55,22 @@ fn store<F: Lanes>(lanes: F, to: &mut [f32]) {
             *to = lanes.lane(lane);
         }
     }
+}
+
+/// Likewise.
+#[inline(always)]
+fn store_ids<const COUNT: usize>(ids: &[u32; COUNT], to: &mut [u32]) {
+    match to.first_chunk_mut() {
+        Some(all) => *all = *ids,
+        None => store_some(ids, to),
+    }
+}
+
+// Apart, or the compiler makes one copy of any length of both.
+#[cold]
+#[inline(never)]
+fn store_some(ids: &[u32], to: &mut [u32]) {
+    to.copy_from_slice(&ids[..to.len()]);
 }
 
 /// Traces the rays and gives each group with the place of its first ray and their number.

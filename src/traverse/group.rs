@@ -272,6 +272,12 @@ impl<F: Lanes> Group<F> {
         }
     }
 
+    /// The ids of what the first lanes met, [`NO_HIT`] where nothing was.
+    #[inline(always)]
+    pub(super) fn ids<const COUNT: usize>(&self) -> [u32; COUNT] {
+        each(|lane| self.id(lane))
+    }
+
     /// The id of what a lane met, or [`NO_HIT`].
     #[inline(always)]
     pub(super) fn id(&self, lane: usize) -> u32 {
