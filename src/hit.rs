@@ -175,6 +175,12 @@ impl<'a> Hits<'a> {
         Ok(Self { t, u, v, prim_id, geom_id })
     }
 
+    /// The five arrays, ids by their bits.
+    pub(crate) fn arrays(&self) -> [&[f32]; 5] {
+        let bits = |ids| bytemuck::cast_slice::<u32, f32>(ids);
+        [&*self.t, &*self.u, &*self.v, bits(&*self.prim_id), bits(&*self.geom_id)]
+    }
+
     /// How many entries there are.
     pub fn len(&self) -> usize {
         self.t.len()

@@ -7,6 +7,11 @@
 //!
 //! Leaves are packed, so eight triangles lie in five lines or six, and their ids in another: with all but
 //! the sixth asked for, diffuse rays are another 1.03 times as fast in the atrium and on the terrain.
+//!
+//! The rays of the next tile and the places for this one's hits are asked for line by line as a tile's
+//! descent goes on: camera rays are 1.03 times as fast.
+
+use std::ops::Range;
 
 /// An array in which something may come next, and one of single words beside it.
 #[derive(Clone, Copy)]
@@ -53,10 +58,46 @@ impl<const COUNT: usize> Shelves<COUNT> {
         let item = shelf.start.wrapping_add(index.wrapping_mul(shelf.size));
         // Lines that are the same are cheaper than a count of them.
         for offset in [0, LINE, 2 * LINE, shelf.last - LINE, shelf.last] {
-            prefetch(item.wrapping_add(offset));
+            prefetch::<NEAR>(item.wrapping_add(offset));
         }
         if BESIDE {
-            prefetch(shelf.beside.wrapping_add(index.wrapping_mul(shelf.beside_size)));
+            prefetch::<NEAR>(shelf.beside.wrapping_add(index.wrapping_mul(shelf.beside_size)));
+        }
+    }
+}
+
+/// Arrays that are used from front to back, a piece at a time.
+pub struct Ahead<const COUNT: usize> {
+    starts: [usize; COUNT],
+    /// Of the shortest one, in bytes.
+    size: usize,
+    /// Where the piece that is asked for goes on and ends, in bytes from the starts.
+    next: usize,
+    end: usize,
+}
+
+impl<const COUNT: usize> Ahead<COUNT> {
+    /// These arrays, and no piece of them.
+    pub fn new(arrays: [&[f32]; COUNT]) -> Self {
+        let size = arrays.iter().map(|array| size_of_val(*array)).min().unwrap_or(0);
+        Self { starts: arrays.map(|array| array.as_ptr().addr()), size, next: 0, end: 0 }
+    }
+
+    /// From now on, this piece is asked for, as far as there are so many values.
+    pub fn turn_to(&mut self, piece: Range<usize>) {
+        let [start, end] = [piece.start, piece.end].map(|place| place * size_of::<f32>());
+        (self.next, self.end) = (start, end.min(self.size));
+    }
+
+    /// Asks for the next line of each array, if there is one in the piece. All at once would have to wait
+    /// for each other.
+    #[inline(always)]
+    pub fn ask(&mut self) {
+        if self.next < self.end {
+            for start in self.starts {
+                prefetch::<FAR>(start.wrapping_add(self.next));
+            }
+            self.next += LINE;
         }
     }
 }
@@ -64,17 +105,21 @@ impl<const COUNT: usize> Shelves<COUNT> {
 /// The bytes of a line of the cache.
 const LINE: usize = 64;
 
+/// Into the first cache.
+const NEAR: i32 = 3;
+/// Into the second one: what is used only in a while would be in the way.
+const FAR: i32 = 2;
+
 #[cfg(target_arch = "x86_64")]
 #[allow(unsafe_code)]
 #[inline(always)]
-fn prefetch(address: usize) {
-    use std::arch::x86_64::{_MM_HINT_T0, _mm_prefetch};
+fn prefetch<const HINT: i32>(address: usize) {
     let place = std::ptr::without_provenance(address);
     // SAFETY: a prefetch is a hint: it reads nothing that the program could see, and an address
     // that is not mapped does no harm (Intel, Software Developer's Manual, PREFETCHh).
-    unsafe { _mm_prefetch::<_MM_HINT_T0>(place) };
+    unsafe { std::arch::x86_64::_mm_prefetch::<HINT>(place) };
 }
 
 #[cfg(not(target_arch = "x86_64"))]
 #[inline(always)]
-fn prefetch(_address: usize) {}
+fn prefetch<const HINT: i32>(_address: usize) {}

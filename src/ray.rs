@@ -188,6 +188,14 @@ pub struct Rays<'a> {
 }
 
 impl<'a> Rays<'a> {
+    /// The eight arrays.
+    pub(crate) fn arrays(&self) -> [&'a [f32]; 8] {
+        macro_rules! fields {
+            ($($field:ident),*) => { [$(self.$field),*] };
+        }
+        ray_fields!(fields)
+    }
+
     /// Rays over eight arrays of one length.
     ///
     /// # Errors

@@ -10,6 +10,7 @@ use super::{Closest, ones, packet};
 use crate::bvh::Bvh;
 use crate::hit::{Hits, NO_HIT};
 use crate::kernels::ScaledRay;
+use crate::prefetch::Ahead;
 use crate::ray::{Ray, RayPacket, Rays};
 use crate::simd::{F32x8, LaneMask, Lanes, Native};
 
@@ -24,7 +25,7 @@ pub(crate) fn intersect(
     hits: &mut Hits<'_>,
     name: impl Fn(&[u32; Native::LANES]) -> [[u32; Native::LANES]; 2],
 ) {
-    trace::<false>(bvh, rays, |start, group, count| {
+    trace::<false>(bvh, rays, Ahead::new(hits.arrays()), |start, group, count| {
         let range = start..start + count;
         store(group.t(), &mut hits.t[range.clone()]);
         store(group.u, &mut hits.u[range.clone()]);
@@ -38,7 +39,7 @@ pub(crate) fn intersect(
 
 /// Says for each ray whether it hits anything.
 pub(crate) fn occluded(bvh: &Bvh, rays: Rays<'_>, occluded: &mut [bool]) {
-    trace::<true>(bvh, rays, |start, group, count| {
+    trace::<true>(bvh, rays, Ahead::new([&[]; 5]), |start, group, count| {
         for (lane, occluded) in occluded[start..start + count].iter_mut().enumerate() {
             *occluded = group.id(lane) != NO_HIT;
         }
@@ -73,18 +74,23 @@ fn store_some(ids: &[u32], to: &mut [u32]) {
     to.copy_from_slice(&ids[..to.len()]);
 }
 
-/// Traces the rays and gives each group with the place of its first ray and their number.
+/// Traces the rays and gives each group with the place of its first ray and their number, for it to be
+/// noted in `writes`.
 fn trace<const ANY: bool>(
     bvh: &Bvh,
     rays: Rays<'_>,
+    writes: Ahead<5>,
     mut done: impl FnMut(usize, &Group<Native>, usize),
 ) {
     let mut tile = Tile::<Native>::new(bvh);
+    (tile.reads, tile.writes) = (Ahead::new(rays.arrays()), writes);
     let mut stream = Stream::new();
     let (mut aim, mut pace) = (Aim::new(), Pace::new());
     for start in (0..rays.len()).step_by(TILE_RAYS) {
         let end = (start + TILE_RAYS).min(rays.len());
         tile.load(rays.range(start, end));
+        tile.reads.turn_to(end..end + TILE_RAYS);
+        tile.writes.turn_to(start..end);
         tile.trace::<ANY>(bvh, &mut aim, &mut pace);
         stream.trace::<ANY, _>(bvh, &mut tile.groups, &tile.rest);
         for (group, start) in tile.groups.iter().zip((start..end).step_by(Native::LANES)) {

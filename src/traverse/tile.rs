@@ -27,7 +27,7 @@ use super::visits::count;
 use super::{ones, stack_size};
 use crate::bvh::{Bvh, Child, LeafArray, Node, PrimKind, WIDTH};
 use crate::kernels::ScaledRay;
-use crate::prefetch::Shelves;
+use crate::prefetch::{Ahead, Shelves};
 use crate::ray::Rays;
 use crate::simd::{F32x8, LaneMask, Lanes, each};
 
@@ -70,6 +70,9 @@ pub(super) struct Tile<F: Lanes> {
     /// What is left of the descent's budget.
     budget: u32,
     shelves: Shelves<4>,
+    /// What the next tile reads and this one writes, asked for while this one is under way.
+    pub(super) reads: Ahead<8>,
+    pub(super) writes: Ahead<5>,
 }
 
 impl<F: Lanes> Tile<F> {
@@ -87,6 +90,8 @@ impl<F: Lanes> Tile<F> {
             stack: vec![Waiting::default(); stack_size(bvh)],
             budget: 0,
             shelves: bvh.shelves(),
+            reads: Ahead::new([&[]; 8]),
+            writes: Ahead::new([&[]; 5]),
         }
     }
 
@@ -185,6 +190,8 @@ impl<F: Lanes> Tile<F> {
                 return true;
             }
             waiting -= 1;
+            self.reads.ask();
+            self.writes.ask();
             let next = self.stack[waiting];
             let groups = next.groups & self.live & cull.reach(next.start);
             if groups == 0 {
