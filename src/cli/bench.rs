@@ -123,7 +123,35 @@ fn table(measured: &[Measurement]) -> String {
             one.high
         );
     }
+    visits(&mut text, measured);
     text
+}
+
+/// What a ray visits in the mean, if this build counts it.
+fn visits(text: &mut String, measured: &[Measurement]) {
+    let counted: Vec<_> =
+        measured.iter().filter_map(|one| Some((one, one.visits.as_ref()?))).collect();
+    if counted.is_empty() {
+        return;
+    }
+    text.push_str(
+        "visits of a batch, by ray; boxes and primitives are those of tiles, by group of rays\n",
+    );
+    text.push_str("workload     alone   nodes  leaves   boxes primitives     met\n");
+    for (one, visits) in counted {
+        let by_ray = |count: u64| count as f64 / one.rays.max(1) as f64;
+        let _ = writeln!(
+            text,
+            "{:<9} {:>8.3} {:>7.3} {:>7.3} {:>7.3} {:>10.3} {:>7.3}",
+            one.workload,
+            by_ray(visits.singles),
+            by_ray(visits.nodes),
+            by_ray(visits.leaves),
+            by_ray(visits.box_groups),
+            by_ray(visits.primitive_groups),
+            by_ray(visits.met_groups),
+        );
+    }
 }
 
 fn json(args: &BenchArgs, scene: &Scene, measured: &[Measurement]) -> String {

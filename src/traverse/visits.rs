@@ -1,9 +1,10 @@
 //! Counts of what traversals visit, in a build with the feature `stats`; nothing otherwise.
 //!
-//! Each thread counts for itself. Read and clear the counts of one thread with [`take`].
+//! Each thread counts for itself. Read and clear the counts of one thread with [`take`]; `octray bench`
+//! prints them.
 
 /// What the traversals of one thread visited.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, serde::Serialize)]
 pub struct Visits {
     /// Tiles whose rays all run through one point.
     pub cones: u64,

@@ -13,6 +13,7 @@ use super::{Query, Workload};
 use crate::hit::{Hit, HitBatch, HitPacket};
 use crate::ray::{PACKET_LANES, Ray, RayPacket};
 use crate::scene::Scene;
+use crate::traverse::visits::{self, Visits};
 
 /// Which queries trace the rays.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
@@ -76,6 +77,8 @@ pub struct Measurement {
     pub low: f64,
     /// The fastest run.
     pub high: f64,
+    /// What one run visited: of the batch queries on one thread, in a build with the feature `stats`.
+    pub visits: Option<Visits>,
 }
 
 /// Answers of two queries differ where they must be the same: a fault of the library.
@@ -126,6 +129,7 @@ pub fn measure(
         return Err(disagreement(Path::Reference.name(), sample.indices[place]));
     }
     let hits = (0..workload.rays.len()).filter(|&ray| batch.is_hit(ray)).count();
+    let mut visits = None;
     let (rays, hits, rates) = match path {
         Path::Reference => {
             let hits = expected.iter().filter(|hit| hit.is_hit()).count();
@@ -143,6 +147,11 @@ pub fn measure(
         }
         Path::Batch => {
             let count = workload.rays.len();
+            if !parallel {
+                let _ = visits::take();
+                batch.trace(scene, workload, parallel);
+                visits = visits::take();
+            }
             (count, hits, rates(count, effort, || batch.trace(scene, workload, parallel)))
         }
     };
@@ -156,6 +165,7 @@ pub fn measure(
         median: median(&rates),
         low: rates.first().copied().unwrap_or(0.0),
         high: rates.last().copied().unwrap_or(0.0),
+        visits,
     })
 }
 
