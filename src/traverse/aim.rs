@@ -95,9 +95,11 @@ impl Aim {
             apex.iter().all(|part| part.abs() <= FARTHEST_APEX * extent)
         };
         for apex in apexes(groups, aimed, axes).into_iter().filter(is_near) {
-            let miss = largest_miss(groups, aimed, axes, apex);
+            let Some(miss) = largest_miss(groups, aimed, axes, apex, LARGEST_MISS * margin) else {
+                continue;
+            };
             let reach = |reach: &mut Reach| reach.take(groups, aimed, axes, margin + miss);
-            if miss <= LARGEST_MISS * margin && self.cone.take(axes, apex, [0.0; 3], &all, reach) {
+            if self.cone.take(axes, apex, [0.0; 3], &all, reach) {
                 return Some((Run::Cone, aimed));
             }
         }
@@ -198,24 +200,31 @@ fn apexes<F: Lanes>(groups: &[Group<F>; GROUPS], live: u32, axes: BeamAxes) -> [
     [end, meeting]
 }
 
-/// How far rays pass by the apex at most.
+/// How far rays pass by the apex at most; `None` as soon as one passes by farther than `limit`.
 fn largest_miss<F: Lanes>(
     groups: &[Group<F>; GROUPS],
     live: u32,
     axes: BeamAxes,
     apex: [f32; 3],
-) -> f32 {
+    limit: f32,
+) -> Option<f32> {
     let mut miss = F::splat(0.0);
     for index in ones(live) {
         let ray = &groups[index].ray;
         let origin = axes.turn(ray.origin);
         let step = F::splat(apex[2]) - origin[2];
         let slopes = groups[index].slopes(axes);
-        for across in 0..2 {
+        let off = |across: usize| {
             let at = slopes[across].mul_add_fast(step, origin[across]);
-            let off = (at - F::splat(apex[across])).abs();
-            miss = F::select(ray.valid, off, F::splat(0.0)).max(miss);
+            (at - F::splat(apex[across])).abs()
+        };
+        let off = off(0).max(off(1));
+        // Asked this way round, a NaN is a miss.
+        let near = off.le(F::splat(limit)) | !ray.valid;
+        if (!near).any() {
+            return None;
         }
+        miss = F::select(ray.valid, off, F::splat(0.0)).max(miss);
     }
-    miss.reduce_max()
+    Some(miss.reduce_max())
 }

@@ -45,7 +45,6 @@ impl Beams {
         margin: f32,
         slopes: &Slopes,
     ) {
-        self.reach.take(groups, live, axes, margin);
         let mut min = [[f32::INFINITY; GROUPS]; 3];
         let mut max = [[f32::NEG_INFINITY; GROUPS]; 3];
         let (inf, neg) = (F::splat(f32::INFINITY), F::splat(f32::NEG_INFINITY));
@@ -55,15 +54,15 @@ impl Beams {
             let low = origin.map(|part| F::select(ray.valid, part, inf));
             let high = origin.map(|part| F::select(ray.valid, part, neg));
             let [first, last] = F::reduce_bounds([low[0], low[1]], [high[0], high[1]]);
-            for (axis, first, last) in [
-                (0, first[0], last[0]),
-                (1, first[1], last[1]),
-                (2, low[2].reduce_min(), high[2].reduce_max()),
-            ] {
+            let [[start, _], [end, _]] = F::reduce_bounds([low[2]; 2], [high[2]; 2]);
+            for (axis, first, last) in
+                [(0, first[0], last[0]), (1, first[1], last[1]), (2, start, end)]
+            {
                 min[axis][index] = first - margin;
                 max[axis][index] = last + margin;
             }
         }
+        self.reach.take_starts(groups, live, axes, margin, &min[2]);
         let origin = Bounds {
             min: min.map(|lanes| F32x16::load(&lanes)),
             max: max.map(|lanes| F32x16::load(&lanes)),

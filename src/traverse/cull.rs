@@ -93,16 +93,28 @@ impl Reach {
         axes: BeamAxes,
         margin: f32,
     ) {
-        (self.axes, self.margin) = (axes, margin);
         let inf = f32::INFINITY;
         let mut starts = [inf; GROUPS];
         for index in ones(live) {
             let ray = &groups[index].ray;
-            // No range starts before its origin.
             let origin = axes.forward(&ray.origin);
             starts[index] = F::select(ray.valid, origin, F::splat(inf)).reduce_min() - margin;
         }
-        self.start = F32x16::load(&starts);
+        self.take_starts(groups, live, axes, margin, &starts);
+    }
+
+    /// As [`Reach::take`], if it is known where the first ray of each group starts, less the margin: no
+    /// range starts before its origin.
+    pub(super) fn take_starts<F: Lanes>(
+        &mut self,
+        groups: &[Group<F>; GROUPS],
+        live: u32,
+        axes: BeamAxes,
+        margin: f32,
+        starts: &[f32; GROUPS],
+    ) {
+        (self.axes, self.margin) = (axes, margin);
+        self.start = F32x16::load(starts);
         self.whole_start = F32x8::splat(self.start.reduce_min());
         self.take_ends(groups, live);
     }
