@@ -3,6 +3,7 @@
 //! Lanes without a valid ray hold an empty range: they meet no box and no primitive. So do lanes
 //! that look for any hit and have one.
 
+use super::planes::{Octant, Planes};
 use super::single::Single;
 use super::{Closest, SHEAR_ORDER};
 use crate::hit::NO_HIT;
@@ -37,8 +38,8 @@ pub(super) struct Group<F: Lanes> {
     pub(super) missing: u32,
     /// For box tests; made by [`Group::prepare_boxes`].
     slab: SlabRay<F>,
-    /// Where a plane that is met first lies in a node's bounds, if that is the same in all lanes.
-    near_plane: Option<[usize; 3]>,
+    /// Where the rays run; made likewise.
+    pub(super) octant: Octant,
 }
 
 impl<F: Lanes> Group<F> {
@@ -56,7 +57,7 @@ impl<F: Lanes> Group<F> {
             along: [0; 3],
             axes: 0,
             missing: 0,
-            near_plane: None,
+            octant: Octant::SEVERAL,
             ray,
         }
     }
@@ -99,9 +100,7 @@ impl<F: Lanes> Group<F> {
         let valid = self.ray.valid.bits();
         let negative: [u32; 3] =
             each(|axis| self.slab.inverse[axis].lt(F::splat(0.0)).bits() & valid);
-        let one_sign = negative.iter().all(|&lanes| lanes == 0 || lanes == valid);
-        self.near_plane =
-            one_sign.then(|| each(|axis| if negative[axis] == 0 { axis } else { axis + 3 }));
+        self.octant = Octant::of(negative, valid);
     }
 
     /// True if no lane is to be tested any more.
@@ -113,20 +112,12 @@ impl<F: Lanes> Group<F> {
 
     /// Where each ray is inside the box; empty (the first value is larger) where it misses.
     #[inline(always)]
-    pub(super) fn interval(&self, bounds: impl Fn(usize) -> F) -> (F, F) {
-        match self.near_plane {
-            Some(near_plane) => self.slab.interval(
-                each(|axis| bounds(near_plane[axis])),
-                each(|axis| bounds((near_plane[axis] + 3) % 6)),
-                self.ray.t_min,
-                self.ray.t_max,
-            ),
-            None => self.slab.interval_any_sign(
-                [bounds(0), bounds(1), bounds(2)],
-                [bounds(3), bounds(4), bounds(5)],
-                self.ray.t_min,
-                self.ray.t_max,
-            ),
+    pub(super) fn interval(&self, planes: &Planes<F>) -> (F, F) {
+        let (near, far) = (planes.near, planes.far);
+        if self.octant == planes.octant {
+            self.slab.interval(near, far, self.ray.t_min, self.ray.t_max)
+        } else {
+            self.slab.interval_any_sign(near, far, self.ray.t_min, self.ray.t_max)
         }
     }
 

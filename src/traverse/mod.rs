@@ -25,6 +25,7 @@ mod open;
 mod pace;
 mod packet;
 mod pencil;
+mod planes;
 pub mod reference;
 mod rest;
 pub(crate) mod shadow;

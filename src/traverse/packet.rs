@@ -4,6 +4,7 @@
 //! This is what eight rays get that come alone; more rays that run alike go by [`super::tile`].
 
 use super::group::Group;
+use super::planes::{Octant, Planes};
 use super::stack_size;
 use crate::bvh::{Bvh, Child, PrimKind, WIDTH};
 use crate::simd::{F32x8, LaneMask, Lanes};
@@ -21,6 +22,7 @@ pub(super) fn trace<const ANY: bool>(bvh: &Bvh, group: &mut Group<F32x8>) {
     if bvh.nodes.is_empty() {
         return;
     }
+    let octant = Octant::most(std::iter::once(group.octant));
     let mut stack = Vec::with_capacity(stack_size(bvh));
     stack.push(Waiting { near: f32::NEG_INFINITY, index: 0, meta: 0 });
     while let Some(next) = stack.pop() {
@@ -32,8 +34,7 @@ pub(super) fn trace<const ANY: bool>(bvh: &Bvh, group: &mut Group<F32x8>) {
                 let node = &bvh.nodes[node as usize];
                 let base = stack.len();
                 for slot in 0..WIDTH {
-                    let (near, far) =
-                        group.interval(|place| F32x8::splat(node.bounds[place][slot]));
+                    let (near, far) = group.interval(&Planes::new(node, slot, octant));
                     let meets = near.le(far);
                     if !meets.any() {
                         continue;

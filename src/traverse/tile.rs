@@ -8,8 +8,8 @@
 //! 1. The node's eight boxes against the whole tile, in eight lanes.
 //! 2. Each box that is left against the groups, in sixteen lanes: a set of groups.
 //! 3. If the groups' bounds are loose, each group of the set tests the box with its own rays and
-//!    leaves the set if none meets it. If [`pace::few`] rays are left, the child goes to their lists
-//!    in [`Rest`], for them to be traced one by one.
+//!    leaves the set if none meets it. If few rays are left, the child goes to their lists in
+//!    [`Rest`], for them to be traced one by one (see [`pace::is_worth`]).
 //! 4. In a leaf, the boxes of its primitives go the same way, and the groups that are left test the
 //!    primitive with all their rays.
 //!
@@ -22,6 +22,7 @@ use super::group::{Group, MAX_LANES};
 use super::leaf::{Leaf, SPHERE_FIELDS};
 use super::open::Open;
 use super::pace::{self, Pace};
+use super::planes::{Octant, Planes};
 use super::rest::Rest;
 use super::visits::count;
 use super::{ones, stack_size};
@@ -67,6 +68,8 @@ pub(super) struct Tile<F: Lanes> {
     /// Of the last box: where each group's rays enter it, and which.
     near: [F; GROUPS],
     lanes: [u32; GROUPS],
+    /// Where most of the groups run.
+    octant: Octant,
     /// What is left of the descent's budget.
     budget: u32,
     shelves: Shelves<4>,
@@ -85,6 +88,7 @@ impl<F: Lanes> Tile<F> {
             near: [F::splat(0.0); GROUPS],
             lanes: [0; GROUPS],
             stack: vec![Waiting::default(); stack_size(bvh)],
+            octant: Octant::SEVERAL,
             budget: 0,
             shelves: bvh.shelves(),
         }
@@ -173,6 +177,7 @@ impl<F: Lanes> Tile<F> {
             for index in ones(self.live) {
                 self.groups[index].prepare_boxes(bvh.extent);
             }
+            self.octant = Octant::most(ones(self.live).map(|index| self.groups[index].octant));
         }
         if ANY && !self.first.nodes.is_empty() {
             self.enter_first::<C>(bvh, cull);
@@ -253,7 +258,7 @@ impl<F: Lanes> Tile<F> {
                     self.spend(met.count_ones());
                     let rays = self.count_rays(&node, slot, &mut met);
                     // The tree will lead them here, too.
-                    if rays <= pace::few(met, 1.0, node.meta[slot]) {
+                    if !pace::is_worth(rays, met, 1.0, node.meta[slot]) {
                         continue;
                     }
                 }
@@ -322,12 +327,12 @@ impl<F: Lanes> Tile<F> {
         waiting
     }
 
-    /// The groups of `met` with rays that meet the box of a slot; none if [`pace::few`] rays do: these
-    /// get the child on their lists.
+    /// The groups of `met` with rays that meet the box of a slot; none if these are few: then they get the
+    /// child on their lists.
     #[inline(always)]
     fn split_off_few(&mut self, node: &Node, slot: usize, mut met: u32, share: f32) -> u32 {
         let rays = self.count_rays(node, slot, &mut met);
-        if rays > pace::few(met, share, node.meta[slot]) {
+        if pace::is_worth(rays, met, share, node.meta[slot]) {
             return met;
         }
         let child = (node.index[slot], node.meta[slot]);
@@ -342,10 +347,10 @@ impl<F: Lanes> Tile<F> {
     #[inline(always)]
     fn count_rays(&mut self, node: &Node, slot: usize, met: &mut u32) -> u32 {
         let mut rays = 0;
+        let planes = Planes::new(node, slot, self.octant);
         for index in ones(*met) {
             count(|visits| visits.box_groups += 1);
-            let bounds = |place: usize| F::splat(node.bounds[place][slot]);
-            let (near, far) = self.groups[index & 15].interval(bounds);
+            let (near, far) = self.groups[index & 15].interval(&planes);
             let lanes = near.le(far).bits();
             self.near[index & 15] = near;
             self.lanes[index & 15] = lanes;
