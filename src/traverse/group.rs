@@ -3,6 +3,7 @@
 //! Lanes without a valid ray hold an empty range: they meet no box and no primitive. So do lanes
 //! that look for any hit and have one.
 
+use super::corners::Corners;
 use super::planes::{Octant, Planes};
 use super::single::Single;
 use super::{Closest, SHEAR_ORDER};
@@ -30,10 +31,10 @@ pub(super) struct Group<F: Lanes> {
     pub(super) v: F,
     /// The bits of the ids of what was met, [`NO_HIT`] where nothing was.
     ids: F,
-    /// The lanes that are to be tested along each main axis.
+    /// The valid lanes that run most along each axis.
     along: [u32; 3],
     /// The axes along which there are any, one bit each.
-    axes: u32,
+    pub(super) axes: u32,
     /// The valid lanes that have met nothing yet.
     pub(super) missing: u32,
     /// For box tests; made by [`Group::prepare_boxes`].
@@ -103,11 +104,10 @@ impl<F: Lanes> Group<F> {
         self.octant = Octant::of(negative, valid);
     }
 
-    /// True if no lane is to be tested any more.
+    /// True if every valid lane has met something, or none is valid.
     #[inline(always)]
     pub(super) fn is_dead(&self) -> bool {
-        // Not as `self.along == [0; 3]`: that reads two of them at once, and must wait for their stores.
-        self.along[0] | self.along[1] | self.along[2] == 0
+        self.missing == 0
     }
 
     /// Where each ray is inside the box; empty (the first value is larger) where it misses.
@@ -121,12 +121,12 @@ impl<F: Lanes> Group<F> {
         }
     }
 
-    /// Tests a triangle, `v0.x .. v2.z`, which may already be relative to the origin that all rays
-    /// share. True if it is kept for any lane.
+    /// Tests a triangle, which may already be relative to the origin that all rays share. True if it is
+    /// kept for any lane.
     #[inline(always)]
     pub(super) fn meet_triangle<const ANY: bool>(
         &mut self,
-        corners: &[f32; 9],
+        corners: &Corners<F, 3>,
         from_origin: bool,
         id: u32,
     ) -> bool {
@@ -139,7 +139,7 @@ impl<F: Lanes> Group<F> {
     #[inline(always)]
     pub(super) fn meet_quad<const ANY: bool>(
         &mut self,
-        corners: &[f32; 12],
+        corners: &Corners<F, 4>,
         from_origin: bool,
         id: u32,
     ) -> bool {
@@ -152,7 +152,7 @@ impl<F: Lanes> Group<F> {
     #[inline(always)]
     fn meet_points<const ANY: bool, const POINTS: usize>(
         &mut self,
-        corners: &[f32],
+        corners: &Corners<F, POINTS>,
         from_origin: bool,
         id: u32,
         test: impl Fn(&Sheared<F>, [Projected<F>; POINTS], F::Mask) -> Option<Met<F>>,
@@ -164,27 +164,20 @@ impl<F: Lanes> Group<F> {
             t_min: self.ray.t_min,
             t_max: self.ray.t_max,
         };
-        let project = |point: [F; 3]| {
-            if from_origin { ray.project_from_origin(point) } else { ray.project(point) }
-        };
-        let part = |corner: usize, axis: usize| F::splat(corners[3 * corner + axis]);
-        let met = if self.axes & self.axes.wrapping_sub(1) == 0 {
-            let main = self.axes.trailing_zeros() as usize & 3;
-            let order = SHEAR_ORDER[main];
-            let corners = each(|corner| project(each(|place| part(corner, order[place]))));
-            test(&ray, corners, F::mask(self.along[main % 3]))
+        // One test for both, and for rays along several axes: cheaper than one for each axis.
+        let points = if self.axes == corners.axis() {
+            corners.straight()
         } else {
-            // Each lane takes the parts in its own order: cheaper than a test for each axis.
-            let [x, y, z] = self.along;
-            let (along_x, along_y) = (F::mask(x), F::mask(y));
-            let corners = each(|corner| {
-                project(each(|place| {
-                    let of = |main: usize| part(corner, SHEAR_ORDER[main][place]);
-                    F::select(along_x, of(0), F::select(along_y, of(1), of(2)))
-                }))
-            });
-            test(&ray, corners, F::mask(x | y | z))
+            corners.turned(&self.along)
         };
+        let corners = each(|corner| {
+            if from_origin {
+                ray.project_from_origin(points[corner])
+            } else {
+                ray.project(points[corner])
+            }
+        });
+        let met = test(&ray, corners, self.wanted::<ANY>());
         met.is_some_and(|met| self.keep::<ANY>(&met, id))
     }
 
@@ -192,9 +185,14 @@ impl<F: Lanes> Group<F> {
     #[inline(always)]
     pub(super) fn meet_sphere<const ANY: bool>(&mut self, sphere: &[f32; 4], id: u32) -> bool {
         let [x, y, z, radius] = sphere.map(F::splat);
-        let lanes = F::mask(self.along[0] | self.along[1] | self.along[2]);
-        intersect_sphere(&self.ray, [x, y, z], radius, lanes)
+        intersect_sphere(&self.ray, [x, y, z], radius, self.wanted::<ANY>())
             .is_some_and(|met| self.keep::<ANY>(&met, id))
+    }
+
+    /// The lanes that are still to be tested.
+    #[inline(always)]
+    fn wanted<const ANY: bool>(&self) -> F::Mask {
+        if ANY { F::mask(self.missing) } else { self.ray.valid }
     }
 
     /// Keeps the lanes of `met` that are closer than what they have.
@@ -202,8 +200,6 @@ impl<F: Lanes> Group<F> {
     fn keep<const ANY: bool>(&mut self, met: &Met<F>, id: u32) -> bool {
         let mut closer = met.mask;
         if ANY {
-            let hit = met.mask.bits();
-            self.along = each(|axis| self.along[axis] & !hit);
             self.ray.t_max = F::select(met.mask, F::splat(f32::NEG_INFINITY), self.ray.t_max);
         } else {
             // No hit is beyond `t_max`: those that are not closer are at it.

@@ -42,10 +42,10 @@ impl<'a, const FIELDS: usize> Leaf<'a, FIELDS> {
         <&[F32x8; 9]>::try_from(self.lanes.as_slice()).ok().map(Outlines::new)
     }
 
-    /// The fields of one primitive.
+    /// A field of one primitive.
     #[inline(always)]
-    pub(super) fn fields(&self, place: usize) -> [f32; FIELDS] {
-        each(|field| self.lanes[field].lane(place & 7))
+    pub(super) fn field(&self, place: usize, field: usize) -> f32 {
+        self.lanes[field].lane(place & 7)
     }
 }
 

@@ -18,6 +18,7 @@ mod aim;
 pub(crate) mod batch;
 mod beams;
 mod cone;
+mod corners;
 mod cull;
 mod group;
 mod leaf;

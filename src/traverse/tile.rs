@@ -17,6 +17,7 @@
 //! descent finds what the scalar reference finds.
 
 use super::aim::Aim;
+use super::corners::{self, Corners};
 use super::cull::Cull;
 use super::group::{Group, MAX_LANES};
 use super::leaf::{Leaf, SPHERE_FIELDS};
@@ -68,8 +69,9 @@ pub(super) struct Tile<F: Lanes> {
     /// Of the last box: where each group's rays enter it, and which.
     near: [F; GROUPS],
     lanes: [u32; GROUPS],
-    /// Where most of the groups run.
+    /// Where most of the groups run, and the axis along which most of them run.
     octant: Octant,
+    main: usize,
     /// What is left of the descent's budget.
     budget: u32,
     shelves: Shelves<4>,
@@ -89,6 +91,7 @@ impl<F: Lanes> Tile<F> {
             lanes: [0; GROUPS],
             stack: vec![Waiting::default(); stack_size(bvh)],
             octant: Octant::SEVERAL,
+            main: 0,
             budget: 0,
             shelves: bvh.shelves(),
         }
@@ -173,6 +176,7 @@ impl<F: Lanes> Tile<F> {
                 visits.cones += 1;
             }
         });
+        self.main = corners::most_common(ones(self.live).map(|index| self.groups[index].axes));
         if C::LOOSE {
             for index in ones(self.live) {
                 self.groups[index].prepare_boxes(bvh.extent);
@@ -218,21 +222,33 @@ impl<F: Lanes> Tile<F> {
             Child::Inner(_) => {}
             Child::Leaf { kind: PrimKind::Triangle, first, count } => {
                 let leaf = Leaf::new(&leaves.triangles, first, count);
-                self.enter_leaf::<ANY, C, 9>(cull, groups, leaf, |group, fields, id| {
-                    group.meet_triangle::<ANY>(fields, C::FAN, id)
-                });
+                self.enter_leaf::<ANY, C, 9, Corners<F, 3>>(
+                    cull,
+                    groups,
+                    leaf,
+                    |main, field| Corners::new(main, field),
+                    |group, corners, id| group.meet_triangle::<ANY>(corners, C::FAN, id),
+                );
             }
             Child::Leaf { kind: PrimKind::Quad, first, count } => {
                 let leaf = Leaf::new(&leaves.quads, first, count);
-                self.enter_leaf::<ANY, C, 12>(cull, groups, leaf, |group, fields, id| {
-                    group.meet_quad::<ANY>(fields, C::FAN, id)
-                });
+                self.enter_leaf::<ANY, C, 12, Corners<F, 4>>(
+                    cull,
+                    groups,
+                    leaf,
+                    |main, field| Corners::new(main, field),
+                    |group, corners, id| group.meet_quad::<ANY>(corners, C::FAN, id),
+                );
             }
             Child::Leaf { kind: PrimKind::Sphere, first, count } => {
                 let leaf = Leaf::new(&leaves.spheres, first, count);
-                self.enter_leaf::<ANY, C, 4>(cull, groups, leaf, |group, fields, id| {
-                    group.meet_sphere::<ANY>(fields, id)
-                });
+                self.enter_leaf::<ANY, C, 4, [f32; 4]>(
+                    cull,
+                    groups,
+                    leaf,
+                    |_, field| each(field),
+                    |group, sphere, id| group.meet_sphere::<ANY>(sphere, id),
+                );
             }
         }
     }
@@ -360,14 +376,16 @@ impl<F: Lanes> Tile<F> {
         rays
     }
 
-    /// Tests the primitives of a leaf.
+    /// Tests the primitives of a leaf: `ready` takes one out, given the axis along which most rays run and
+    /// its fields, and `meet` tests it with a group.
     #[inline(always)]
-    fn enter_leaf<const ANY: bool, C: Cull, const FIELDS: usize>(
+    fn enter_leaf<const ANY: bool, C: Cull, const FIELDS: usize, P>(
         &mut self,
         cull: &mut C,
         groups: u32,
         mut leaf: Leaf<'_, FIELDS>,
-        meet: impl Fn(&mut Group<F>, &[f32; FIELDS], u32) -> bool,
+        ready: impl Fn(usize, &dyn Fn(usize) -> f32) -> P,
+        meet: impl Fn(&mut Group<F>, &P, u32) -> bool,
     ) {
         count(|visits| visits.leaves += 1);
         self.spend(pace::LEAF);
@@ -393,12 +411,12 @@ impl<F: Lanes> Tile<F> {
                 };
                 met = ones(met).fold(0, |met, index| met | u32::from(inside(index)) << index);
             }
-            let fields = leaf.fields(place as usize);
+            let primitive = ready(self.main, &|field| leaf.field(place as usize, field));
             let id = leaf.ids[place as usize];
             for index in ones(met) {
                 count(|visits| visits.primitive_groups += 1);
                 let group = &mut self.groups[index];
-                if meet(group, &fields, id) {
+                if meet(group, &primitive, id) {
                     count(|visits| visits.met_groups += 1);
                     closer |= 1 << index;
                     if ANY && group.is_dead() {
