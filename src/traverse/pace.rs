@@ -35,6 +35,18 @@ const FEW_AT_NODE: (f32, f32) = (3.0, 0.8);
 /// The same for leaves; the second one for each of a leaf's primitives.
 const FEW_AT_LEAF: (f32, f32) = (2.0, 0.1);
 
+/// Fewer groups that run alike, while others of the tile do not, go with these in one descent without bounds.
+///
+/// Descents of their own for one group and more, against 4, 5 and 8 groups, on bunny, atrium, terrain, dense
+/// scan and sphereflake: diffuse rays 1.02 to 1.03 times as fast, ao 1.02 to 1.03, mirrors 0.99 to 1.01.
+const LEAST_AIMED: u32 = 4;
+
+/// True if the groups `aimed` of all that are `live` get bounds and a descent of their own.
+#[inline(always)]
+pub(super) fn is_worth_an_aim(aimed: u32, live: u32) -> bool {
+    aimed == live || aimed.count_ones() >= LEAST_AIMED
+}
+
 /// True if so many rays of `groups` are enough for the tile to go to a child of that description (see
 /// [`crate::bvh::Child`]), if each group tested a `share` of its node's boxes; if not, they go on their own.
 #[inline(always)]

@@ -136,7 +136,9 @@ impl<F: Lanes> Tile<F> {
         (self.first.settled, self.first.cost) = (0, 0);
         let live = self.live;
         let mut aimed = 0;
-        if let Some((mut aim, groups)) = Aim::new(&self.groups, live, bvh) {
+        if let Some((mut aim, groups)) = Aim::new(&self.groups, live, bvh)
+            && pace::is_worth_an_aim(groups, live)
+        {
             aimed = groups;
             self.live = aimed;
             match &mut aim {
