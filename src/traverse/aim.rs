@@ -10,8 +10,8 @@ use super::beams::Beams;
 use super::cone::Cone;
 use super::cull::{Reach, Slopes};
 use super::group::Group;
-use super::ones;
 use super::tile::GROUPS;
+use super::{ones, pace};
 use crate::bvh::Bvh;
 use crate::kernels::{BeamAxes, beam_margin};
 use crate::simd::{LaneMask, Lanes};
@@ -67,7 +67,7 @@ impl Aim {
     ) -> Option<(Run, u32)> {
         let axes = main_axis(groups, live)?;
         let (aimed, all, widest) = slopes(groups, live, axes);
-        if aimed == 0 {
+        if !pace::is_worth_an_aim(aimed, live) {
             return None;
         }
         let origin = shared_origin(groups, aimed);

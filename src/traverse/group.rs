@@ -3,6 +3,8 @@
 //! Lanes without a valid ray hold an empty range: they meet no box and no primitive. So do lanes
 //! that look for any hit and have one.
 
+use super::corners::Corners;
+use super::planes::{Octant, Planes};
 use super::single::Single;
 use super::{Closest, SHEAR_ORDER};
 use crate::hit::NO_HIT;
@@ -29,16 +31,16 @@ pub(super) struct Group<F: Lanes> {
     pub(super) v: F,
     /// The bits of the ids of what was met, [`NO_HIT`] where nothing was.
     ids: F,
-    /// The lanes that are to be tested along each main axis.
+    /// The valid lanes that run most along each axis.
     along: [u32; 3],
     /// The axes along which there are any, one bit each.
-    axes: u32,
+    pub(super) axes: u32,
     /// The valid lanes that have met nothing yet.
     pub(super) missing: u32,
     /// For box tests; made by [`Group::prepare_boxes`].
     slab: SlabRay<F>,
-    /// Where a plane that is met first lies in a node's bounds, if that is the same in all lanes.
-    near_plane: Option<[usize; 3]>,
+    /// Where the rays run; made likewise.
+    pub(super) octant: Octant,
 }
 
 impl<F: Lanes> Group<F> {
@@ -56,7 +58,7 @@ impl<F: Lanes> Group<F> {
             along: [0; 3],
             axes: 0,
             missing: 0,
-            near_plane: None,
+            octant: Octant::SEVERAL,
             ray,
         }
     }
@@ -111,43 +113,32 @@ impl<F: Lanes> Group<F> {
         let valid = self.ray.valid.bits();
         let negative: [u32; 3] =
             each(|axis| self.slab.inverse[axis].lt(F::splat(0.0)).bits() & valid);
-        let one_sign = negative.iter().all(|&lanes| lanes == 0 || lanes == valid);
-        self.near_plane =
-            one_sign.then(|| each(|axis| if negative[axis] == 0 { axis } else { axis + 3 }));
+        self.octant = Octant::of(negative, valid);
     }
 
-    /// True if no lane is to be tested any more.
+    /// True if every valid lane has met something, or none is valid.
     #[inline(always)]
     pub(super) fn is_dead(&self) -> bool {
-        // Not as `self.along == [0; 3]`: that reads two of them at once, and must wait for their stores.
-        self.along[0] | self.along[1] | self.along[2] == 0
+        self.missing == 0
     }
 
     /// Where each ray is inside the box; empty (the first value is larger) where it misses.
     #[inline(always)]
-    pub(super) fn interval(&self, bounds: impl Fn(usize) -> F) -> (F, F) {
-        match self.near_plane {
-            Some(near_plane) => self.slab.interval(
-                each(|axis| bounds(near_plane[axis])),
-                each(|axis| bounds((near_plane[axis] + 3) % 6)),
-                self.ray.t_min,
-                self.ray.t_max,
-            ),
-            None => self.slab.interval_any_sign(
-                [bounds(0), bounds(1), bounds(2)],
-                [bounds(3), bounds(4), bounds(5)],
-                self.ray.t_min,
-                self.ray.t_max,
-            ),
+    pub(super) fn interval(&self, planes: &Planes<F>) -> (F, F) {
+        let (near, far) = (planes.near, planes.far);
+        if self.octant == planes.octant {
+            self.slab.interval(near, far, self.ray.t_min, self.ray.t_max)
+        } else {
+            self.slab.interval_any_sign(near, far, self.ray.t_min, self.ray.t_max)
         }
     }
 
-    /// Tests a triangle, `v0.x .. v2.z`, which may already be relative to the origin that all rays
-    /// share. True if it is kept for any lane.
+    /// Tests a triangle, which may already be relative to the origin that all rays share. True if it is
+    /// kept for any lane.
     #[inline(always)]
     pub(super) fn meet_triangle<const ANY: bool>(
         &mut self,
-        corners: &[f32; 9],
+        corners: &Corners<F, 3>,
         from_origin: bool,
         id: u32,
     ) -> bool {
@@ -160,7 +151,7 @@ impl<F: Lanes> Group<F> {
     #[inline(always)]
     pub(super) fn meet_quad<const ANY: bool>(
         &mut self,
-        corners: &[f32; 12],
+        corners: &Corners<F, 4>,
         from_origin: bool,
         id: u32,
     ) -> bool {
@@ -173,7 +164,7 @@ impl<F: Lanes> Group<F> {
     #[inline(always)]
     fn meet_points<const ANY: bool, const POINTS: usize>(
         &mut self,
-        corners: &[f32],
+        corners: &Corners<F, POINTS>,
         from_origin: bool,
         id: u32,
         test: impl Fn(&Sheared<F>, [Projected<F>; POINTS], F::Mask) -> Option<Met<F>>,
@@ -185,27 +176,20 @@ impl<F: Lanes> Group<F> {
             t_min: self.ray.t_min,
             t_max: self.ray.t_max,
         };
-        let project = |point: [F; 3]| {
-            if from_origin { ray.project_from_origin(point) } else { ray.project(point) }
-        };
-        let part = |corner: usize, axis: usize| F::splat(corners[3 * corner + axis]);
-        let met = if self.axes & self.axes.wrapping_sub(1) == 0 {
-            let main = self.axes.trailing_zeros() as usize & 3;
-            let order = SHEAR_ORDER[main];
-            let corners = each(|corner| project(each(|place| part(corner, order[place]))));
-            test(&ray, corners, F::mask(self.along[main % 3]))
+        // One test for both, and for rays along several axes: cheaper than one for each axis.
+        let points = if self.axes == corners.axis() {
+            corners.straight()
         } else {
-            // Each lane takes the parts in its own order: cheaper than a test for each axis.
-            let [x, y, z] = self.along;
-            let (along_x, along_y) = (F::mask(x), F::mask(y));
-            let corners = each(|corner| {
-                project(each(|place| {
-                    let of = |main: usize| part(corner, SHEAR_ORDER[main][place]);
-                    F::select(along_x, of(0), F::select(along_y, of(1), of(2)))
-                }))
-            });
-            test(&ray, corners, F::mask(x | y | z))
+            corners.turned(&self.along)
         };
+        let corners = each(|corner| {
+            if from_origin {
+                ray.project_from_origin(points[corner])
+            } else {
+                ray.project(points[corner])
+            }
+        });
+        let met = test(&ray, corners, self.wanted::<ANY>());
         met.is_some_and(|met| self.keep::<ANY>(&met, id))
     }
 
@@ -213,9 +197,14 @@ impl<F: Lanes> Group<F> {
     #[inline(always)]
     pub(super) fn meet_sphere<const ANY: bool>(&mut self, sphere: &[f32; 4], id: u32) -> bool {
         let [x, y, z, radius] = sphere.map(F::splat);
-        let lanes = F::mask(self.along[0] | self.along[1] | self.along[2]);
-        intersect_sphere(&self.ray, [x, y, z], radius, lanes)
+        intersect_sphere(&self.ray, [x, y, z], radius, self.wanted::<ANY>())
             .is_some_and(|met| self.keep::<ANY>(&met, id))
+    }
+
+    /// The lanes that are still to be tested.
+    #[inline(always)]
+    fn wanted<const ANY: bool>(&self) -> F::Mask {
+        if ANY { F::mask(self.missing) } else { self.ray.valid }
     }
 
     /// Keeps the lanes of `met` that are closer than what they have.
@@ -223,8 +212,6 @@ impl<F: Lanes> Group<F> {
     fn keep<const ANY: bool>(&mut self, met: &Met<F>, id: u32) -> bool {
         let mut closer = met.mask;
         if ANY {
-            let hit = met.mask.bits();
-            self.along = each(|axis| self.along[axis] & !hit);
             self.ray.t_max = F::select(met.mask, F::splat(f32::NEG_INFINITY), self.ray.t_max);
         } else {
             // No hit is beyond `t_max`: those that are not closer are at it.

@@ -29,10 +29,10 @@ impl<const FIELDS: usize> Leaf<FIELDS> {
         <&[F32x8; 9]>::try_from(self.0.as_slice()).ok().map(Outlines::new)
     }
 
-    /// The fields of one primitive.
+    /// A field of one primitive.
     #[inline(always)]
-    pub(super) fn fields(&self, place: usize) -> [f32; FIELDS] {
-        each(|field| self.0[field].lane(place & 7))
+    pub(super) fn field(&self, place: usize, field: usize) -> f32 {
+        self.0[field].lane(place & 7)
     }
 }
 

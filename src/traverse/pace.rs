@@ -2,7 +2,7 @@
 //!
 //! A tile tests a box with all rays of a group at once, a single ray tests all boxes of a node at
 //! once. Which is cheaper depends on how many rays go the same way, so it is decided child by child:
-//! see [`few`]. Fans are the exception: their bounds are so sharp that no group tests a box with its
+//! see [`is_worth`]. Fans are the exception: their bounds are so sharp that no group tests a box with its
 //! own rays, so nobody knows how many go there. They have a budget for the whole descent instead; one
 //! that spends it gives up, and the rays of the next ones go on their own, up to [`LONGEST_PAUSE`] fans.
 //!
@@ -35,17 +35,29 @@ const FEW_AT_NODE: (f32, f32) = (3.0, 0.8);
 /// The same for leaves; the second one for each of a leaf's primitives.
 const FEW_AT_LEAF: (f32, f32) = (2.0, 0.1);
 
-/// The most rays of `groups` that are left to go on their own to a child of that description (see
-/// [`crate::bvh::Child`]), if each group tested a `share` of its node's boxes.
+/// Fewer groups that run alike, while others of the tile do not, go with these in one descent without bounds.
+///
+/// Descents of their own for one group and more, against 4, 5 and 8 groups, on bunny, atrium, terrain, dense
+/// scan and sphereflake: diffuse rays 1.02 to 1.03 times as fast, ao 1.02 to 1.03, mirrors 0.99 to 1.01.
+const LEAST_AIMED: u32 = 4;
+
+/// True if the groups `aimed` of all that are `live` get bounds and a descent of their own.
 #[inline(always)]
-pub(super) fn few(groups: u32, share: f32, meta: u32) -> u32 {
+pub(super) fn is_worth_an_aim(aimed: u32, live: u32) -> bool {
+    aimed == live || aimed.count_ones() >= LEAST_AIMED
+}
+
+/// True if so many rays of `groups` are enough for the tile to go to a child of that description (see
+/// [`crate::bvh::Child`]), if each group tested a `share` of its node's boxes; if not, they go on their own.
+#[inline(always)]
+pub(super) fn is_worth(rays: u32, groups: u32, share: f32, meta: u32) -> bool {
     let tests = share * groups.count_ones() as f32;
     let (constant, each) = if meta & LEAF_CHILD == 0 {
         FEW_AT_NODE
     } else {
         (FEW_AT_LEAF.0, FEW_AT_LEAF.1 * (meta & 0xff) as f32)
     };
-    (constant + each * tests) as u32
+    rays as f32 > constant + each * tests
 }
 
 /// What the descent of a fan of so many rays may cost.

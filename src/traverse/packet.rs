@@ -3,7 +3,9 @@
 //! Each child's box is tested with all rays; the child whose first ray enters it first comes next.
 //! This is what eight rays get that come alone; more rays that run alike go by [`super::tile`].
 
+use super::corners::{self, Corners};
 use super::group::Group;
+use super::planes::{Octant, Planes};
 use super::stack_size;
 use crate::bvh::{Bvh, Child, PrimKind, WIDTH};
 use crate::simd::{F32x8, LaneMask, Lanes};
@@ -21,6 +23,8 @@ pub(super) fn trace<const ANY: bool>(bvh: &Bvh, group: &mut Group<F32x8>) {
     if bvh.nodes.is_empty() {
         return;
     }
+    let main = corners::most_common(std::iter::once(group.axes));
+    let octant = Octant::most(std::iter::once(group.octant));
     let mut stack = Vec::with_capacity(stack_size(bvh));
     stack.push(Waiting { near: f32::NEG_INFINITY, index: 0, meta: 0 });
     while let Some(next) = stack.pop() {
@@ -32,8 +36,7 @@ pub(super) fn trace<const ANY: bool>(bvh: &Bvh, group: &mut Group<F32x8>) {
                 let node = &bvh.nodes[node as usize];
                 let base = stack.len();
                 for slot in 0..WIDTH {
-                    let (near, far) =
-                        group.interval(|place| F32x8::splat(node.bounds[place][slot]));
+                    let (near, far) = group.interval(&Planes::new(node, slot, octant));
                     let meets = near.le(far);
                     if !meets.any() {
                         continue;
@@ -57,12 +60,14 @@ pub(super) fn trace<const ANY: bool>(bvh: &Bvh, group: &mut Group<F32x8>) {
                     match kind {
                         PrimKind::Triangle => {
                             let leaf = &bvh.leaves.triangles;
-                            let corners = leaf.get(first, count, place);
+                            let fields = leaf.get(first, count, place);
+                            let corners = Corners::new(main, |field| fields[field]);
                             group.meet_triangle::<ANY>(&corners, false, leaf.ids[slot]);
                         }
                         PrimKind::Quad => {
                             let leaf = &bvh.leaves.quads;
-                            let corners = leaf.get(first, count, place);
+                            let fields = leaf.get(first, count, place);
+                            let corners = Corners::new(main, |field| fields[field]);
                             group.meet_quad::<ANY>(&corners, false, leaf.ids[slot]);
                         }
                         PrimKind::Sphere => {

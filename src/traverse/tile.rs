@@ -8,28 +8,35 @@
 //! 1. The node's eight boxes against the whole tile, in eight lanes.
 //! 2. Each box that is left against the groups, in sixteen lanes: a set of groups.
 //! 3. If the groups' bounds are loose, each group of the set tests the box with its own rays and
-//!    leaves the set if none meets it. If [`pace::few`] rays are left, the child goes to their lists
-//!    in [`Rest`], for them to be traced one by one.
+//!    leaves the set if none meets it. If few rays are left, the child goes to their lists in
+//!    [`Rest`], for them to be traced one by one (see [`pace::is_worth`]).
 //! 4. In a leaf, the boxes of its primitives go the same way, and the groups that are left test the
 //!    primitive with all their rays.
 //!
 //! Invariants: bounds, slab tests and the primitives' own tests never contradict each other, so a
 //! descent finds what the scalar reference finds.
 
+mod first;
+mod leaves;
+mod nodes;
+
+use first::First;
+
 use super::aim::{Aim, Run};
+use super::corners;
 use super::cull::Cull;
 use super::group::{Group, MAX_LANES};
-use super::leaf::{Leaf, SPHERE_FIELDS, boxes};
 use super::open::Open;
 use super::pace::{self, Pace};
+use super::planes::Octant;
 use super::rest::Rest;
 use super::visits::count;
 use super::{ones, stack_size};
-use crate::bvh::{Bvh, Child, LeafArray, Node, PrimKind, WIDTH};
+use crate::bvh::{Bvh, Child};
 use crate::kernels::ScaledRay;
 use crate::prefetch::{Ahead, Shelves};
 use crate::ray::Rays;
-use crate::simd::{F32x8, LaneMask, Lanes, each};
+use crate::simd::{LaneMask, Lanes};
 
 /// How many groups a tile has: one a lane of the widest culling test.
 pub(super) const GROUPS: usize = 16;
@@ -42,16 +49,6 @@ struct Waiting {
     groups: u32,
     /// The coordinate along the rays' main axis at which its box starts.
     start: f32,
-}
-
-/// Leaves that a tile enters before the tree: somebody's guess where its rays will meet something.
-#[derive(Default)]
-pub(super) struct First {
-    /// The leaves as children of nodes that are not in the tree.
-    pub(super) nodes: Vec<Node>,
-    /// How many rays met something there, and what that cost, in units of [`pace`].
-    pub(super) settled: u32,
-    pub(super) cost: u32,
 }
 
 /// Up to sixteen groups of rays.
@@ -67,6 +64,9 @@ pub(super) struct Tile<F: Lanes> {
     /// Of the last box: where each group's rays enter it, and which.
     near: [F; GROUPS],
     lanes: [u32; GROUPS],
+    /// Where most of the groups run, and the axis along which most of them run.
+    octant: Octant,
+    main: usize,
     /// What is left of the descent's budget.
     budget: u32,
     shelves: Shelves<4>,
@@ -88,6 +88,8 @@ impl<F: Lanes> Tile<F> {
             near: [F::splat(0.0); GROUPS],
             lanes: [0; GROUPS],
             stack: vec![Waiting::default(); stack_size(bvh)],
+            octant: Octant::SEVERAL,
+            main: 0,
             budget: 0,
             shelves: bvh.shelves(),
             reads: Ahead::new([&[]; 8]),
@@ -128,7 +130,7 @@ impl<F: Lanes> Tile<F> {
     /// [`Tile::rest`].
     pub(super) fn trace<const ANY: bool>(&mut self, bvh: &Bvh, aim: &mut Aim, pace: &mut Pace) {
         self.rest.clear();
-        if bvh.nodes.is_empty() {
+        if bvh.nodes.is_empty() || self.live == 0 {
             return;
         }
         (self.first.settled, self.first.cost) = (0, 0);
@@ -174,10 +176,12 @@ impl<F: Lanes> Tile<F> {
                 visits.cones += 1;
             }
         });
+        self.main = corners::most_common(ones(self.live).map(|index| self.groups[index].axes));
         if C::LOOSE {
             for index in ones(self.live) {
                 self.groups[index].prepare_boxes(bvh.extent);
             }
+            self.octant = Octant::most(ones(self.live).map(|index| self.groups[index].octant));
         }
         if ANY && !self.first.nodes.is_empty() {
             self.enter_first::<C>(bvh, cull);
@@ -206,224 +210,8 @@ impl<F: Lanes> Tile<F> {
         false
     }
 
-    /// Tests a leaf of that description with these groups.
-    #[inline(always)]
-    fn enter_child<const ANY: bool, C: Cull>(
-        &mut self,
-        bvh: &Bvh,
-        cull: &mut C,
-        groups: u32,
-        (index, meta): (u32, u32),
-    ) {
-        let leaves = &bvh.leaves;
-        let Child::Leaf { kind, first, count } = Child::unpack(index, meta) else {
-            return;
-        };
-        let leaf = (first, count);
-        match kind {
-            PrimKind::Triangle => {
-                let meet = |group: &mut Group<F>, fields: &_, id| {
-                    group.meet_triangle::<ANY>(fields, C::FAN, id)
-                };
-                self.enter_leaf::<ANY, C, 9>(cull, groups, &leaves.triangles, leaf, meet);
-            }
-            PrimKind::Quad => {
-                let meet = |group: &mut Group<F>, fields: &_, id| {
-                    group.meet_quad::<ANY>(fields, C::FAN, id)
-                };
-                self.enter_leaf::<ANY, C, 12>(cull, groups, &leaves.quads, leaf, meet);
-            }
-            PrimKind::Sphere => {
-                let meet =
-                    |group: &mut Group<F>, fields: &_, id| group.meet_sphere::<ANY>(fields, id);
-                self.enter_leaf::<ANY, C, 4>(cull, groups, &leaves.spheres, leaf, meet);
-            }
-        }
-    }
-
-    /// Tests the leaves that come first, each with the groups that it may settle.
-    #[inline(never)]
-    fn enter_first<C: Cull>(&mut self, bvh: &Bvh, cull: &mut C) {
-        let groups = self.live;
-        let met_rays = |tile: &Self| -> u32 {
-            ones(groups).map(|index| tile.groups[index].met().count_ones()).sum()
-        };
-        let met_before = met_rays(self);
-        let budget = std::mem::replace(&mut self.budget, u32::MAX);
-        for at in 0..self.first.nodes.len() {
-            let node = self.first.nodes[at];
-            let (boxes, slots) = cull.boxes(each(|place| F32x8::load(&node.bounds[place])));
-            for slot in ones(slots) {
-                let mut met = cull.groups(&boxes, slot).0 & self.live;
-                if met == 0 {
-                    continue;
-                }
-                if C::LOOSE {
-                    self.spend(met.count_ones());
-                    let rays = self.count_rays(&node, slot, &mut met);
-                    // The tree will lead them here, too.
-                    if rays <= pace::few(met, 1.0, node.meta[slot]) {
-                        continue;
-                    }
-                }
-                let child = (node.index[slot], node.meta[slot]);
-                self.enter_child::<true, C>(bvh, cull, met, child);
-            }
-        }
-        self.first.cost += u32::MAX - std::mem::replace(&mut self.budget, budget);
-        self.first.settled += met_rays(self) - met_before;
-    }
-
     #[inline(always)]
     fn spend(&mut self, cost: u32) {
         self.budget = self.budget.saturating_sub(cost);
-    }
-
-    /// Puts the children that some group may meet on the stack, the next one on top.
-    #[inline(always)]
-    fn enter_node<const ANY: bool, C: Cull>(
-        &mut self,
-        bvh: &Bvh,
-        cull: &C,
-        number: u32,
-        groups: u32,
-        mut waiting: usize,
-    ) -> usize {
-        count(|visits| visits.nodes += 1);
-        self.spend(pace::NODE);
-        let node = &bvh.nodes[number as usize];
-        let base = waiting;
-        let bounds = each(|place| F32x8::load(&node.bounds[place]));
-        let (boxes, slots) = cull.boxes(bounds);
-        let mut met = [0; WIDTH];
-        let mut starts = [0.0; WIDTH];
-        let mut tests = 0;
-        for slot in ones(slots) {
-            let slot = slot & 7;
-            let (may_meet, start) = cull.groups(&boxes, slot);
-            (met[slot], starts[slot]) = (may_meet & groups, start);
-            tests += met[slot].count_ones();
-        }
-        let share = tests as f32 / groups.count_ones() as f32;
-        for slot in ones(slots) {
-            let slot = slot & 7;
-            let mut met = met[slot];
-            if C::LOOSE {
-                met = self.split_off_few(node, slot, met, share);
-            }
-            if met == 0 {
-                continue;
-            }
-            let start = starts[slot];
-            let (index, meta) = (node.index[slot], node.meta[slot]);
-            self.shelves.ask::<true>(Child::shelf(meta), index as usize);
-            let mut place = waiting;
-            while !ANY && place > base && self.stack[place - 1].start < start {
-                self.stack[place] = self.stack[place - 1];
-                place -= 1;
-            }
-            self.stack[place] = Waiting { index, meta, groups: met, start };
-            waiting += 1;
-        }
-        if ANY {
-            self.stack[base..waiting].reverse();
-        }
-        waiting
-    }
-
-    /// The groups of `met` with rays that meet the box of a slot; none if [`pace::few`] rays do: these
-    /// get the child on their lists.
-    #[inline(always)]
-    fn split_off_few(&mut self, node: &Node, slot: usize, mut met: u32, share: f32) -> u32 {
-        let rays = self.count_rays(node, slot, &mut met);
-        if rays > pace::few(met, share, node.meta[slot]) {
-            return met;
-        }
-        let child = (node.index[slot], node.meta[slot]);
-        for index in ones(met) {
-            let (near, lanes) = (self.near[index & 15], self.lanes[index & 15]);
-            self.rest.add::<F>(index, lanes, near, child);
-        }
-        0
-    }
-
-    /// How many rays of `met` meet the box of a slot; takes the groups without any out of the set.
-    #[inline(always)]
-    fn count_rays(&mut self, node: &Node, slot: usize, met: &mut u32) -> u32 {
-        let mut rays = 0;
-        for index in ones(*met) {
-            count(|visits| visits.box_groups += 1);
-            let bounds = |place: usize| F::splat(node.bounds[place][slot]);
-            let (near, far) = self.groups[index & 15].interval(bounds);
-            let lanes = near.le(far).bits();
-            self.near[index & 15] = near;
-            self.lanes[index & 15] = lanes;
-            rays += lanes.count_ones();
-            *met &= !(u32::from(lanes == 0) << index);
-        }
-        rays
-    }
-
-    /// Tests the primitives of a leaf.
-    #[inline(always)]
-    fn enter_leaf<const ANY: bool, C: Cull, const FIELDS: usize>(
-        &mut self,
-        cull: &mut C,
-        groups: u32,
-        array: &LeafArray<FIELDS>,
-        (first, len): (u32, u32),
-        meet: impl Fn(&mut Group<F>, &[f32; FIELDS], u32) -> bool,
-    ) {
-        count(|visits| visits.leaves += 1);
-        self.spend(pace::LEAF);
-        let packed = array.leaf(first, len);
-        let (boxes, places) = cull.boxes(boxes::<FIELDS>(|field| F32x8::load(packed.lanes(field))));
-        let ids = &array.ids[first as usize..][..len as usize];
-        let leaf: Leaf<FIELDS> = if C::FAN && FIELDS != SPHERE_FIELDS {
-            Leaf::seen_from(cull.origin(), packed)
-        } else {
-            Leaf::new(packed)
-        };
-        let outlines = if C::FAN { leaf.outlines() } else { None };
-        let mut places = places & ((1 << len) - 1);
-        let mut closer = 0;
-        while places != 0 {
-            let place = places.trailing_zeros();
-            places &= places - 1;
-            let mut met = cull.groups(&boxes, place as usize).0 & groups & self.live;
-            if met == 0 {
-                continue;
-            }
-            count(|visits| visits.primitives += 1);
-            self.spend(pace::PRIMITIVE * met.count_ones());
-            if let Some(outlines) = &outlines {
-                let inside = |index: usize| {
-                    outlines.may_meet(place as usize, &self.groups[index & 15].ray.dir)
-                };
-                met = ones(met).fold(0, |met, index| met | u32::from(inside(index)) << index);
-            }
-            let fields = leaf.fields(place as usize);
-            let id = ids[place as usize];
-            for index in ones(met) {
-                count(|visits| visits.primitive_groups += 1);
-                let group = &mut self.groups[index];
-                if meet(group, &fields, id) {
-                    count(|visits| visits.met_groups += 1);
-                    closer |= 1 << index;
-                    if ANY && group.is_dead() {
-                        self.live &= !(1 << index);
-                    }
-                }
-            }
-        }
-        // As long as a ray has met nothing, its group reaches as far as before.
-        let mut drawn_in = false;
-        for index in ones(closer & self.live).filter(|&index| self.groups[index].missing == 0) {
-            cull.draw_in(index, &self.groups[index].ray);
-            drawn_in = true;
-        }
-        if drawn_in {
-            cull.settle();
-        }
     }
 }
