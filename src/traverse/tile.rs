@@ -23,6 +23,7 @@ use super::leaf::{Leaf, SPHERE_FIELDS};
 use super::open::Open;
 use super::pace::{self, Pace};
 use super::rest::Rest;
+use super::starts::Starts;
 use super::visits::count;
 use super::{ones, stack_size};
 use crate::bvh::{Bvh, Child, Node, PrimKind, WIDTH};
@@ -69,6 +70,8 @@ pub(super) struct Tile<F: Lanes> {
     lanes: [u32; GROUPS],
     /// What is left of the descent's budget.
     budget: u32,
+    /// Boxes in which rays that look for any hit look first.
+    starts: Starts,
     shelves: Shelves<4>,
 }
 
@@ -86,6 +89,7 @@ impl<F: Lanes> Tile<F> {
             lanes: [0; GROUPS],
             stack: vec![Waiting::default(); stack_size(bvh)],
             budget: 0,
+            starts: Starts::NONE,
             shelves: bvh.shelves(),
         }
     }
@@ -173,6 +177,9 @@ impl<F: Lanes> Tile<F> {
             for index in ones(self.live) {
                 self.groups[index].prepare_boxes(bvh.extent);
             }
+        }
+        if ANY {
+            self.starts = Starts::new(&self.groups, self.live, bvh.extent);
         }
         if ANY && !self.first.nodes.is_empty() {
             self.enter_first::<C>(bvh, cull);
@@ -296,7 +303,8 @@ impl<F: Lanes> Tile<F> {
             tests += met[slot].count_ones();
         }
         let share = tests as f32 / groups.count_ones() as f32;
-        for slot in ones(slots) {
+        let near = if ANY { self.starts.near(&bounds) } else { 0 };
+        for slot in ones(slots & near).chain(ones(slots & !near)) {
             let slot = slot & 7;
             let mut met = met[slot];
             if C::LOOSE {

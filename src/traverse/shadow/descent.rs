@@ -91,7 +91,8 @@ pub(super) fn descend<C: Cull>(
     }
 }
 
-/// Puts the children that some group may meet on the stack, the largest on top.
+/// Puts the children that some group may meet on the stack: on top those where its members start, then
+/// the others in the node's order.
 #[inline(always)]
 fn enter_node<C: Cull>(
     shafts: &C,
@@ -104,8 +105,9 @@ fn enter_node<C: Cull>(
 ) -> usize {
     count(|visits| visits.nodes += 1);
     let (base, node) = (waiting, &bvh.nodes[index as usize]);
-    let (boxes, slots) = shafts.boxes(each(|place| F32x8::load(&node.bounds[place])));
-    for slot in ones(slots) {
+    let (boxes, [slots, near]) = shafts.boxes(each(|place| F32x8::load(&node.bounds[place])));
+    // The surface at which rays start is before all of them if it faces away from the light.
+    for slot in ones(slots & near).chain(ones(slots & !near)) {
         let mut met = shafts.groups(&boxes, slot) & groups;
         for group in ones(met) {
             count(|visits| visits.box_groups += 1);
@@ -167,7 +169,7 @@ fn meet_all<C: Cull, P: Party<C>, const FIELDS: usize>(
     if groups == 0 {
         return any;
     }
-    let (boxes, places) = shafts.boxes(leaf.bounds());
+    let (boxes, [places, _]) = shafts.boxes(leaf.bounds());
     for place in ones(places & ((1 << leaf.count) - 1)) {
         let met = shafts.groups(&boxes, place) & groups & party.live();
         if met == 0 {

@@ -11,8 +11,9 @@ pub(super) const GROUPS: usize = 16;
 pub(super) trait Cull {
     /// Eight boxes made ready.
     type Boxes;
-    /// Makes boxes (`min.x .. max.z`) ready; a bit for each that some group may meet.
-    fn boxes(&self, bounds: [F32x8; 6]) -> (Self::Boxes, u32);
+    /// Makes boxes (`min.x .. max.z`) ready; a bit for each that some group may meet, and for each that
+    /// lies where members of groups start.
+    fn boxes(&self, bounds: [F32x8; 6]) -> (Self::Boxes, [u32; 2]);
     /// The groups that may meet box `slot`.
     fn groups(&self, boxes: &Self::Boxes, slot: usize) -> u32;
 }
@@ -45,21 +46,31 @@ impl Cull for Shafts {
     type Boxes = Turned;
 
     #[inline(always)]
-    fn boxes(&self, bounds: [F32x8; 6]) -> (Turned, u32) {
+    fn boxes(&self, bounds: [F32x8; 6]) -> (Turned, [u32; 2]) {
         let turned = self.aim.axes.turn_box(bounds);
         let met = self.all.meets(&turned, F32x8::splat(self.aim.end)).bits();
+        let near = overlaps(&turned, &self.all.origin);
         let mut boxes = [[0.0; 8]; 6];
         for axis in 0..3 {
             turned.min[axis].store(&mut boxes[axis]);
             turned.max[axis].store(&mut boxes[axis + 3]);
         }
-        (boxes, met)
+        (boxes, [met, near])
     }
 
     #[inline(always)]
     fn groups(&self, boxes: &Turned, slot: usize) -> u32 {
         self.groups.meets(&one_box(boxes, slot), F32x16::splat(self.aim.end)).bits()
     }
+}
+
+/// A bit for each pair of boxes that have a point in common.
+#[inline(always)]
+pub(super) fn overlaps(one: &Bounds<F32x8>, other: &Bounds<F32x8>) -> u32 {
+    let along = |axis: usize| {
+        Lanes::le(one.min[axis], other.max[axis]) & Lanes::le(other.min[axis], one.max[axis])
+    };
+    (along(0) & along(1) & along(2)).bits()
 }
 
 /// One of eight boxes, in sixteen lanes.

@@ -4,9 +4,9 @@
 //! them apart, where beams ([`super::shafts`]) take ten times as many steps.
 
 use super::group::Aim;
-use super::shafts::{Beams, Cull, GROUPS};
-use crate::kernels::{BeamAxes, Footprint};
-use crate::simd::{F32x8, F32x16, LaneMask, Lanes};
+use super::shafts::{Beams, Cull, GROUPS, overlaps};
+use crate::kernels::{BeamAxes, Bounds, Footprint};
+use crate::simd::{F32x8, F32x16, LaneMask, Lanes, each};
 
 /// Up to sixteen groups around an apex.
 pub(super) struct Sight {
@@ -64,8 +64,15 @@ impl Cull for Sight {
     type Boxes = Footprints;
 
     #[inline(always)]
-    fn boxes(&self, bounds: [F32x8; 6]) -> (Footprints, u32) {
+    fn boxes(&self, bounds: [F32x8; 6]) -> (Footprints, [u32; 2]) {
         let turned = self.axes.turn_box(bounds);
+        let near = overlaps(
+            &turned,
+            &Bounds {
+                min: each(|axis| self.apex[axis] - self.margin),
+                max: each(|axis| self.apex[axis] + self.margin),
+            },
+        );
         let (footprint, start, end) = Footprint::new(self.apex, &turned, self.margin);
         let apart = footprint.apart(&self.all)
             | Lanes::lt(end, F32x8::splat(0.0))
@@ -75,7 +82,7 @@ impl Cull for Sight {
             max: [footprint.max[0].to_array(), footprint.max[1].to_array()],
             start: start.to_array(),
         };
-        (boxes, (!apart).bits())
+        (boxes, [(!apart).bits(), near])
     }
 
     #[inline(always)]

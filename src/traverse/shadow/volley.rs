@@ -123,7 +123,7 @@ impl<'a> Volley<'a> {
             }
             let leaf = self.recent[recent];
             let bounds = leaf.node(bvh).bounds;
-            let (boxes, met) = shafts.boxes(each(|at| F32x8::load(&bounds[at])));
+            let (boxes, [met, _]) = shafts.boxes(each(|at| F32x8::load(&bounds[at])));
             if met >> leaf.slot() & 1 != 0 {
                 let groups = shafts.groups(&boxes, leaf.slot()) & self.live;
                 if groups != 0 {
