@@ -4,6 +4,7 @@
 //! - `pencil`, `sorted`: rays that come in no order though they share a start or an end
 //! - `strewn`: how it is told that they come in no order
 //! - `tile`: up to sixteen groups of rays, in one descent as long as many of them go the same way
+//! - `starts`: where the rays of a tile start, which boxes there come first for any hit
 //! - `rest`: what a tile leaves to single rays
 //! - `stream`: rays one by one, several in turns, each step by `single`, what waits in a `stack`
 //! - `pace`: which of both is worth it
@@ -33,6 +34,7 @@ pub(crate) mod shadow;
 mod single;
 pub(crate) mod sorted;
 mod stack;
+mod starts;
 mod stream;
 mod strewn;
 mod tile;

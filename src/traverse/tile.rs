@@ -30,6 +30,7 @@ use super::open::Open;
 use super::pace::{self, Pace};
 use super::planes::Octant;
 use super::rest::Rest;
+use super::starts::Starts;
 use super::visits::count;
 use super::{ones, stack_size};
 use crate::bvh::{Bvh, Child};
@@ -69,6 +70,8 @@ pub(super) struct Tile<F: Lanes> {
     main: usize,
     /// What is left of the descent's budget.
     budget: u32,
+    /// Boxes in which rays that look for any hit look first.
+    starts: Starts,
     shelves: Shelves<4>,
     /// What the next tile reads and this one writes, asked for while this one is under way.
     pub(super) reads: Ahead<8>,
@@ -91,6 +94,7 @@ impl<F: Lanes> Tile<F> {
             octant: Octant::SEVERAL,
             main: 0,
             budget: 0,
+            starts: Starts::NONE,
             shelves: bvh.shelves(),
             reads: Ahead::new([&[]; 8]),
             writes: Ahead::new([&[]; 5]),
@@ -182,6 +186,9 @@ impl<F: Lanes> Tile<F> {
                 self.groups[index].prepare_boxes(bvh.extent);
             }
             self.octant = Octant::most(ones(self.live).map(|index| self.groups[index].octant));
+        }
+        if ANY {
+            self.starts = Starts::new(&self.groups, self.live, bvh.extent);
         }
         if ANY && !self.first.nodes.is_empty() {
             self.enter_first::<C>(bvh, cull);

@@ -117,7 +117,7 @@ impl<'a, S: LightSamples + ?Sized> Block<'a, S> {
     }
 }
 
-impl<S: LightSamples + ?Sized> Party<Shafts> for Block<'_, S> {
+impl<S: LightSamples + ?Sized> Party for Block<'_, S> {
     fn live(&self) -> u32 {
         self.live
     }

@@ -8,7 +8,7 @@ use super::Query;
 use super::group::Aim;
 use super::placed::{LANES, facing};
 use super::shafts::GROUPS;
-use super::volley::{Apex, Recent, Volley};
+use super::volley::{Recent, Volley};
 use crate::points::LightSamples;
 use crate::simd::{F32x16, Lanes, each};
 use crate::traverse::ones;
@@ -111,7 +111,7 @@ impl Crossed {
             }
             let (seen, mut waiting) = (&mut self.seen, self.waiting.drain(..));
             volley.swap_recent(&mut self.recent[first / GROUPS]);
-            volley.trace(aim, Apex::None, |lanes| {
+            volley.trace(aim, |lanes| {
                 if let Some(sample) = waiting.next() {
                     seen[sample] = lanes as u16;
                 }

@@ -5,14 +5,14 @@
 //! the boxes of its primitives go the same way.
 
 use super::leaf::Leaf;
-use super::shafts::Cull;
+use super::shafts::{Shafts, Turned};
 use crate::bvh::{Bvh, Child, LEAF, Node, PrimKind};
 use crate::simd::{F32x8, Lanes, each};
 use crate::traverse::ones;
 use crate::traverse::visits::count;
 
-/// Groups that go down the tree together, culled by `C`.
-pub(super) trait Party<C: Cull> {
+/// Groups that go down the tree together.
+pub(super) trait Party {
     /// The groups that are not settled.
     fn live(&self) -> u32;
     /// Tests a leaf, in slot `slot` of `node`, with those groups that are better tested in another
@@ -28,13 +28,13 @@ pub(super) trait Party<C: Cull> {
     }
     /// True if a member of a group may meet the box in slot `slot` of `node`, which is one of `boxes`,
     /// too.
-    fn meets_box(&self, group: usize, boxes: &C::Boxes, node: &Node, slot: usize) -> bool;
+    fn meets_box(&self, group: usize, boxes: &Turned, node: &Node, slot: usize) -> bool;
     /// Tests a triangle, `v0.x .. v2.z`, whose box is box `place`. True if it settled somebody.
-    fn triangle(&mut self, group: usize, at: (&C::Boxes, usize), fields: &[f32; 9]) -> bool;
+    fn triangle(&mut self, group: usize, at: (&Turned, usize), fields: &[f32; 9]) -> bool;
     /// Tests a quad, its corners in order around it, likewise.
-    fn quad(&mut self, group: usize, at: (&C::Boxes, usize), fields: &[f32; 12]) -> bool;
+    fn quad(&mut self, group: usize, at: (&Turned, usize), fields: &[f32; 12]) -> bool;
     /// Tests a sphere, centre and radius, likewise.
-    fn sphere(&mut self, group: usize, at: (&C::Boxes, usize), fields: &[f32; 4]) -> bool;
+    fn sphere(&mut self, group: usize, at: (&Turned, usize), fields: &[f32; 4]) -> bool;
     /// Hears of a leaf that settled somebody.
     fn leaf_met(&mut self, _leaf: Place) {}
 }
@@ -66,12 +66,7 @@ pub(super) struct Waiting {
 }
 
 /// Takes all live groups from the root to the leaves.
-pub(super) fn descend<C: Cull>(
-    bvh: &Bvh,
-    shafts: &C,
-    party: &mut impl Party<C>,
-    stack: &mut [Waiting],
-) {
+pub(super) fn descend(bvh: &Bvh, shafts: &Shafts, party: &mut impl Party, stack: &mut [Waiting]) {
     count(|visits| visits.beams += 1);
     let mut waiting = enter_node(shafts, party, bvh, 0, party.live(), stack, 0);
     while waiting > 0 {
@@ -91,11 +86,12 @@ pub(super) fn descend<C: Cull>(
     }
 }
 
-/// Puts the children that some group may meet on the stack, the largest on top.
+/// Puts the children that some group may meet on the stack: on top those where its members start, then
+/// the others in the node's order.
 #[inline(always)]
-fn enter_node<C: Cull>(
-    shafts: &C,
-    party: &impl Party<C>,
+fn enter_node(
+    shafts: &Shafts,
+    party: &impl Party,
     bvh: &Bvh,
     index: u32,
     groups: u32,
@@ -104,8 +100,9 @@ fn enter_node<C: Cull>(
 ) -> usize {
     count(|visits| visits.nodes += 1);
     let (base, node) = (waiting, &bvh.nodes[index as usize]);
-    let (boxes, slots) = shafts.boxes(each(|place| F32x8::load(&node.bounds[place])));
-    for slot in ones(slots) {
+    let (boxes, [slots, near]) = shafts.boxes(each(|place| F32x8::load(&node.bounds[place])));
+    // The surface at which rays start is before all of them if it faces away from the light.
+    for slot in ones(slots & near).chain(ones(slots & !near)) {
         let mut met = shafts.groups(&boxes, slot) & groups;
         for group in ones(met) {
             count(|visits| visits.box_groups += 1);
@@ -124,9 +121,9 @@ fn enter_node<C: Cull>(
 }
 
 /// Tests the primitives of a leaf with the groups in `groups`.
-pub(super) fn enter_leaf<C: Cull, P: Party<C>>(
+pub(super) fn enter_leaf<P: Party>(
     bvh: &Bvh,
-    shafts: &C,
+    shafts: &Shafts,
     party: &mut P,
     groups: u32,
     at: Place,
@@ -154,20 +151,20 @@ pub(super) fn enter_leaf<C: Cull, P: Party<C>>(
 }
 
 #[inline(always)]
-fn meet_all<C: Cull, P: Party<C>, const FIELDS: usize>(
-    shafts: &C,
+fn meet_all<P: Party, const FIELDS: usize>(
+    shafts: &Shafts,
     party: &mut P,
     groups: u32,
     (node, slot): (&Node, usize),
     leaf: &Leaf<'_, FIELDS>,
-    meet: impl Fn(&mut P, usize, (&C::Boxes, usize), &[f32; FIELDS]) -> bool,
+    meet: impl Fn(&mut P, usize, (&Turned, usize), &[f32; FIELDS]) -> bool,
 ) -> bool {
     count(|visits| visits.leaves += 1);
     let (groups, mut any) = party.apart(groups, node, slot, leaf);
     if groups == 0 {
         return any;
     }
-    let (boxes, places) = shafts.boxes(leaf.bounds());
+    let (boxes, [places, _]) = shafts.boxes(leaf.bounds());
     for place in ones(places & ((1 << leaf.count) - 1)) {
         let met = shafts.groups(&boxes, place) & groups & party.live();
         if met == 0 {

@@ -9,9 +9,9 @@
 //!    ([`crate::kernels::Pyramids`]): some it misses, some it covers wholly.
 //! 3. A point that some primitive neither misses nor covers for sure is in penumbra, or behind many
 //!    small primitives. Its samples are placed, and sixteen make a bundle of rays. Sixteen bundles go
-//!    down the tree as a volley ([`volley`]), culled by beams ([`shafts`]) or, around an apex, by
-//!    rectangles of slopes ([`sight`]); or as a tile of a batch ([`tiled`]), whichever was faster
-//!    lately ([`tempo`]). The leaves in which the one before met something come first.
+//!    down the tree as a volley ([`volley`]), culled by beams ([`shafts`]); or as a tile of a batch
+//!    ([`tiled`]), whichever was faster lately ([`tempo`]), and as a tile at once if the samples of one
+//!    point fill it. The leaves in which the one before met something come first.
 //! 4. Points whose directions to the light spread too far for shafts, or are not finite, go as tiles; if
 //!    they have so few samples that bundles would not be full, as rays of a batch ([`rays`]).
 //!
@@ -37,7 +37,6 @@ mod placed;
 mod rays;
 mod sampled;
 mod shafts;
-mod sight;
 mod tempo;
 mod tiled;
 mod volley;

@@ -1,7 +1,9 @@
 //! Points of a block whose samples are traced: as volleys, or as tiles of a batch.
 //!
 //! A volley tests what a bundle meets with the whole bundle, a tile leaves to single rays what few rays
-//! meet. Which is faster differs by half in either direction, so both are timed ([`super::tempo`]).
+//! meet. Which is faster differs by half in either direction, so both are timed ([`super::tempo`]). Only
+//! points whose samples fill a tile are tiles at once: their rays start at one point, of which tiles
+//! make most.
 //!
 //! Bundles hold the samples of one point, in volleys also one sample each of sixteen points
 //! ([`super::crossed`]). Which is better depends on how large the primitives are before a point's view of
@@ -16,7 +18,7 @@ use super::placed::Placed;
 use super::shafts::GROUPS;
 use super::tempo::{Choice, KINDS};
 use super::tiled::Tiled;
-use super::volley::{Apex, Volley};
+use super::volley::Volley;
 use super::{Query, Seen};
 use crate::bvh::Bvh;
 use crate::points::LightSamples;
@@ -91,6 +93,9 @@ impl<'a> Sampled<'a> {
         aim: &Aim,
         point: usize,
     ) {
+        if self.placed.registers() >= GROUPS {
+            return self.trace_alone(query, point);
+        }
         self.group.push(point);
         if self.group.len() == LANES {
             self.trace_group(query, aim);
@@ -173,7 +178,7 @@ impl<'a> Sampled<'a> {
                 }
             }
             self.trace_tile();
-            trace(&mut self.volley, aim, Apex::None, &mut self.waiting, &mut self.masks);
+            trace(&mut self.volley, aim, &mut self.waiting, &mut self.masks);
             let alone = self.volley.take_alone();
             if alone > MOST_ALONE * count * self.placed.registers() && self.aligned {
                 self.crossings = CROSSINGS;
@@ -210,12 +215,9 @@ impl<'a> Sampled<'a> {
         aim: &Aim,
         point: usize,
     ) {
-        // A point that fills volleys has them for itself.
-        let alone = self.placed.registers() >= GROUPS;
         let Self { volley, placed, points, waiting, masks, .. } = self;
         points.push(point);
         let origin: [f32; 3] = each(|axis| query.points.position[axis][point]);
-        let apex = if alone { Apex::Start(origin) } else { Apex::None };
         let lanes = each(|axis| F32x16::splat(origin[axis]));
         let around = [aim.axes.turn(origin); 2];
         placed.each(query, point, |dir, active| {
@@ -225,22 +227,15 @@ impl<'a> Sampled<'a> {
                 volley.push(aim, lanes, dir, active, Some(around));
             }
             if volley.is_full() {
-                trace(volley, aim, apex, waiting, masks);
+                trace(volley, aim, waiting, masks);
             }
         });
-        if alone {
-            trace(volley, aim, apex, waiting, masks);
-        }
     }
 }
 
-/// Queries are told apart by how many points fill a tile: sixteen, some, or one.
+/// Queries are told apart by how many points fill a tile: sixteen, or fewer.
 fn kind(samples: usize) -> usize {
-    match samples.div_ceil(LANES) {
-        ..=1 => 0,
-        2..GROUPS => 1,
-        _ => KINDS - 1,
-    }
+    usize::from(samples > LANES).min(KINDS - 1)
 }
 
 /// True if points are close together, seen from the light.
@@ -254,15 +249,9 @@ fn is_close<S: ?Sized>(query: &Query<'_, S>, points: &[usize]) -> bool {
     (0..3).map(spread).sum::<f32>() < LARGEST_SPREAD * light
 }
 
-fn trace(
-    volley: &mut Volley<'_>,
-    aim: &Aim,
-    apex: Apex,
-    waiting: &mut Vec<usize>,
-    masks: &mut [u16],
-) {
+fn trace(volley: &mut Volley<'_>, aim: &Aim, waiting: &mut Vec<usize>, masks: &mut [u16]) {
     let mut places = waiting.drain(..);
-    volley.trace(aim, apex, |seen| {
+    volley.trace(aim, |seen| {
         if let Some(place) = places.next() {
             masks[place] = seen as u16;
         }

@@ -7,17 +7,8 @@ use crate::simd::{F32x8, F32x16, LaneMask, Lanes};
 /// How many groups go down the tree together: one a lane of the widest test.
 pub(super) const GROUPS: usize = 16;
 
-/// Culls boxes for up to sixteen groups. None turns away a box that a member of a group meets.
-pub(super) trait Cull {
-    /// Eight boxes made ready.
-    type Boxes;
-    /// Makes boxes (`min.x .. max.z`) ready; a bit for each that some group may meet.
-    fn boxes(&self, bounds: [F32x8; 6]) -> (Self::Boxes, u32);
-    /// The groups that may meet box `slot`.
-    fn groups(&self, boxes: &Self::Boxes, slot: usize) -> u32;
-}
-
-/// A beam for each of up to sixteen groups, and the one around all of them.
+/// A beam for each of up to sixteen groups, and the one around all of them. It turns away no box that a
+/// member of a group meets.
 pub(super) struct Shafts {
     aim: Aim,
     groups: Beam<F32x16>,
@@ -39,27 +30,36 @@ impl Shafts {
         };
         Self { aim, groups, all }
     }
-}
 
-impl Cull for Shafts {
-    type Boxes = Turned;
-
+    /// Turns boxes (`min.x .. max.z`); a bit for each that some group may meet, and for each that lies
+    /// where members of groups start.
     #[inline(always)]
-    fn boxes(&self, bounds: [F32x8; 6]) -> (Turned, u32) {
+    pub(super) fn boxes(&self, bounds: [F32x8; 6]) -> (Turned, [u32; 2]) {
         let turned = self.aim.axes.turn_box(bounds);
         let met = self.all.meets(&turned, F32x8::splat(self.aim.end)).bits();
+        let near = overlaps(&turned, &self.all.origin);
         let mut boxes = [[0.0; 8]; 6];
         for axis in 0..3 {
             turned.min[axis].store(&mut boxes[axis]);
             turned.max[axis].store(&mut boxes[axis + 3]);
         }
-        (boxes, met)
+        (boxes, [met, near])
     }
 
+    /// The groups that may meet box `slot`.
     #[inline(always)]
-    fn groups(&self, boxes: &Turned, slot: usize) -> u32 {
+    pub(super) fn groups(&self, boxes: &Turned, slot: usize) -> u32 {
         self.groups.meets(&one_box(boxes, slot), F32x16::splat(self.aim.end)).bits()
     }
+}
+
+/// A bit for each pair of boxes that have a point in common.
+#[inline(always)]
+fn overlaps(one: &Bounds<F32x8>, other: &Bounds<F32x8>) -> u32 {
+    let along = |axis: usize| {
+        Lanes::le(one.min[axis], other.max[axis]) & Lanes::le(other.min[axis], one.max[axis])
+    };
+    (along(0) & along(1) & along(2)).bits()
 }
 
 /// One of eight boxes, in sixteen lanes.
@@ -100,12 +100,6 @@ impl Beams {
             self.slope_max[axis][group] = high;
         }
         self.start[group] = origin[0][2];
-    }
-
-    /// The smallest and the largest slopes.
-    pub(super) fn slopes(&self) -> ([F32x16; 2], [F32x16; 2]) {
-        let load = |lanes: [f32; GROUPS]| F32x16::load(&lanes);
-        (self.slope_min.map(load), self.slope_max.map(load))
     }
 
     pub(super) fn beam(&self) -> Beam<F32x16> {

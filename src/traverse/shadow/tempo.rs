@@ -29,7 +29,7 @@ const WEIGHT: f32 = 0.3;
 const CLEAR: f32 = -0.08;
 
 /// How many kinds of queries are told apart.
-pub(super) const KINDS: usize = 3;
+pub(super) const KINDS: usize = 2;
 
 /// Which of two ways to take, 0 or 1.
 #[derive(Clone, Copy, Debug)]

@@ -7,8 +7,7 @@ use super::bundle::Bundle;
 use super::descent::{Party, Place, Waiting, descend, enter_leaf};
 use super::group::Aim;
 use super::leaf::Leaf;
-use super::shafts::{Beams, Cull, GROUPS, Shafts};
-use super::sight::Sight;
+use super::shafts::{Beams, GROUPS, Shafts, Turned};
 use crate::bvh::{Bvh, LEAF, Node};
 use crate::simd::{F32x8, F32x16, Lanes, each};
 use crate::traverse::{ones, stack_size};
@@ -18,13 +17,6 @@ const RECENT: usize = 16;
 
 /// Leaves in which a volley met something.
 pub(super) type Recent = Vec<Place>;
-
-/// A point that all rays of a volley have in common.
-#[derive(Clone, Copy, Debug)]
-pub(super) enum Apex {
-    None,
-    Start([f32; 3]),
-}
 
 /// Up to sixteen bundles.
 pub(super) struct Volley<'a> {
@@ -100,12 +92,9 @@ impl<'a> Volley<'a> {
     }
 
     /// Traces all bundles, gives for each the lanes whose rays have met nothing, and takes them out.
-    pub(super) fn trace(&mut self, aim: &Aim, apex: Apex, mut give: impl FnMut(u32)) {
+    pub(super) fn trace(&mut self, aim: &Aim, mut give: impl FnMut(u32)) {
         if self.live != 0 && !self.bvh.nodes.is_empty() {
-            match apex {
-                Apex::None => self.trace_in(&Shafts::new(*aim, self.beams.beam())),
-                Apex::Start(at) => self.trace_in(&Sight::from_point(aim, at, &self.beams)),
-            }
+            self.trace_in(&Shafts::new(*aim, self.beams.beam()));
         }
         self.bundles[..self.len].iter().for_each(|bundle| give(bundle.seen()));
         self.len = 0;
@@ -113,7 +102,7 @@ impl<'a> Volley<'a> {
         self.live = 0;
     }
 
-    fn trace_in<C: Cull>(&mut self, shafts: &C) {
+    fn trace_in(&mut self, shafts: &Shafts) {
         let bvh = self.bvh;
         std::mem::swap(&mut self.met, &mut self.recent);
         self.met.clear();
@@ -123,7 +112,7 @@ impl<'a> Volley<'a> {
             }
             let leaf = self.recent[recent];
             let bounds = leaf.node(bvh).bounds;
-            let (boxes, met) = shafts.boxes(each(|at| F32x8::load(&bounds[at])));
+            let (boxes, [met, _]) = shafts.boxes(each(|at| F32x8::load(&bounds[at])));
             if met >> leaf.slot() & 1 != 0 {
                 let groups = shafts.groups(&boxes, leaf.slot()) & self.live;
                 if groups != 0 {
@@ -147,7 +136,7 @@ impl<'a> Volley<'a> {
     }
 }
 
-impl<C: Cull> Party<C> for Volley<'_> {
+impl Party for Volley<'_> {
     fn live(&self) -> u32 {
         self.live
     }
@@ -176,23 +165,23 @@ impl<C: Cull> Party<C> for Volley<'_> {
     }
 
     #[inline(always)]
-    fn meets_box(&self, group: usize, _: &C::Boxes, node: &Node, slot: usize) -> bool {
+    fn meets_box(&self, group: usize, _: &Turned, node: &Node, slot: usize) -> bool {
         // Those of leaves are tested when they are entered: then fewer rays are left.
         node.meta[slot] & LEAF != 0 || self.bundles[group].lanes_in_box(node, slot) != 0
     }
 
     #[inline(always)]
-    fn triangle(&mut self, group: usize, _: (&C::Boxes, usize), fields: &[f32; 9]) -> bool {
+    fn triangle(&mut self, group: usize, _: (&Turned, usize), fields: &[f32; 9]) -> bool {
         self.meet(group, |bundle| bundle.triangle(fields))
     }
 
     #[inline(always)]
-    fn quad(&mut self, group: usize, _: (&C::Boxes, usize), fields: &[f32; 12]) -> bool {
+    fn quad(&mut self, group: usize, _: (&Turned, usize), fields: &[f32; 12]) -> bool {
         self.meet(group, |bundle| bundle.quad(fields))
     }
 
     #[inline(always)]
-    fn sphere(&mut self, group: usize, _: (&C::Boxes, usize), fields: &[f32; 4]) -> bool {
+    fn sphere(&mut self, group: usize, _: (&Turned, usize), fields: &[f32; 4]) -> bool {
         self.meet(group, |bundle| bundle.sphere(fields))
     }
 

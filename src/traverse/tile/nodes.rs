@@ -35,7 +35,8 @@ impl<F: Lanes> Tile<F> {
             tests += met[slot].count_ones();
         }
         let share = tests as f32 / groups.count_ones() as f32;
-        for slot in ones(slots) {
+        let near = if ANY { self.starts.near(&bounds) } else { 0 };
+        for slot in ones(slots & near).chain(ones(slots & !near)) {
             let slot = slot & 7;
             let mut met = met[slot];
             if C::LOOSE {
