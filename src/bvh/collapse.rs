@@ -15,6 +15,7 @@ use super::outlook::{self, Outlook, Slot};
 use super::primitive::PrimitiveKey;
 use super::watch::{Cancelled, Watch};
 use crate::geometry::Aabb;
+use crate::pages::{Fresh, Frozen};
 
 /// A subtree of up to this many primitives is laid out by one thread.
 const TASK: usize = 8192;
@@ -29,9 +30,9 @@ pub(super) fn collapse(
     ids: usize,
     source: &impl PrimitiveSource,
     watch: &Watch<'_>,
-) -> Result<(Vec<Node>, Leaves, usize), Cancelled> {
+) -> Result<(Frozen<Node>, Leaves, usize), Cancelled> {
     if primitives.is_empty() {
-        return Ok((Vec::new(), Room::new(ids, &[]).leaves(), 0));
+        return Ok((Frozen::default(), Room::new(ids, &[]).leaves(), 0));
     }
     let top = Top::of(tree);
     let counts: Vec<[usize; 3]> =
@@ -47,9 +48,9 @@ pub(super) fn collapse(
 pub(super) fn collapse_laid(
     tree: &BinaryTree,
     watch: &Watch<'_>,
-) -> Result<(Vec<Node>, usize), Cancelled> {
+) -> Result<(Frozen<Node>, usize), Cancelled> {
     if tree.top.is_empty() {
-        return Ok((Vec::new(), 0));
+        return Ok((Frozen::default(), 0));
     }
     let top = Top::of(tree);
     let hands = top.tasks.iter().map(|_| Laid).collect();
@@ -189,7 +190,7 @@ impl<'a> Top<'a> {
         self,
         hands: Vec<H>,
         watch: &Watch<'_>,
-    ) -> Result<(Vec<Node>, usize), Cancelled> {
+    ) -> Result<(Frozen<Node>, usize), Cancelled> {
         let Self { nodes: mut top, tasks } = self;
         let part = |(task, hand): (&Task<'a>, H)| {
             let count = task.root.node().count as usize;
@@ -207,17 +208,25 @@ impl<'a> Top<'a> {
         watch.check()?;
 
         let made: usize = parts.iter().map(|part| part.nodes.len()).sum();
-        let mut nodes = Vec::with_capacity(top.len() + made);
-        nodes.resize(top.len(), Node::empty());
-        let mut depth = 0;
-        for (task, part) in tasks.iter().zip(parts) {
-            // A part's nodes know each other by their places in it.
-            let first = nodes.len() as u32;
+        let mut nodes = Fresh::<Node>::new(top.len() + made);
+        let (upper, mut rest) = nodes.split_at_mut(top.len());
+        upper.fill(Node::empty());
+        let (mut first, mut depth) = (top.len() as u32, 0);
+        let mut places = Vec::with_capacity(parts.len());
+        for (task, part) in tasks.iter().zip(&parts) {
             let slot = &mut top[task.node].slots[task.slot];
             (slot.child, slot.outlook) = (part.root.moved(first), part.outlook);
-            nodes.extend(part.nodes.iter().map(|node| node.moved(first)));
+            let place = rest.split_off_mut(..part.nodes.len()).expect("room for all parts");
+            places.push((first, place));
+            first += part.nodes.len() as u32;
             depth = depth.max(task.depth).max(part.depth);
         }
+        // A part's nodes know each other by their places in it.
+        parts.into_par_iter().zip(places).for_each(|(part, (first, place))| {
+            for (node, made) in place.iter_mut().zip(&part.nodes) {
+                *node = made.moved(first);
+            }
+        });
         // From below, since what is expected of a node follows from its children.
         let mut outlooks = vec![Outlook::default(); top.len()];
         for (place, node) in top.iter_mut().enumerate().rev() {
@@ -231,7 +240,7 @@ impl<'a> Top<'a> {
             }
             outlooks[place] = outlook::arrange(&mut nodes[place], slots, &node.bounds);
         }
-        Ok((nodes, depth))
+        Ok((nodes.freeze(), depth))
     }
 
     /// Adds the node that is made of `root`, `depth` from the root, and those below.

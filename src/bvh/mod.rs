@@ -52,6 +52,7 @@ use rayon::prelude::*;
 use primitive::PrimitiveKey;
 
 use crate::geometry::Aabb;
+use crate::pages::Frozen;
 use crate::prefetch::{Shelf, Shelves};
 
 /// Where a build gets the primitives from, by their ids. Each method is called with ids of its kind.
@@ -75,7 +76,7 @@ pub trait PrimitiveSource: Sync {
 #[derive(Clone, Debug)]
 pub struct Bvh {
     /// The nodes; the root is the first. Empty for a scene without primitives.
-    pub nodes: Vec<Node>,
+    pub nodes: Frozen<Node>,
     /// The primitives, leaf by leaf.
     pub leaves: Leaves,
     /// The box around all of them.
@@ -105,9 +106,6 @@ impl Bvh {
             (nodes, leaves, bounds, depth)
         } else {
             let mut primitives = build::boxes(ids, source);
-            if primitives.par_iter().any(BuildPrimitive::is_left_out) {
-                primitives.retain(|one| !one.is_left_out());
-            }
             let rounds = if quality == BuildQuality::High { reinsert::ROUNDS } else { 0 };
             watch.start(primitives.len() * (2 + rounds));
             let (tree, bounds) = build::build(&mut primitives, quality, watch)?;

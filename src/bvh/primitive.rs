@@ -1,5 +1,6 @@
 //! What the builder knows of a primitive: its box, its kind, its id, in one register of eight lanes.
 
+use bytemuck::{Pod, Zeroable};
 use glam::{Vec3, Vec4, Vec4Swizzles};
 
 use super::binning::Binned;
@@ -9,7 +10,7 @@ use crate::simd::{F32x8, Lanes};
 
 /// A box in eight lanes, `min.xyz, _, -max.xyz, _`: so the union of two boxes is one minimum. What
 /// the two other lanes hold takes part and means nothing, but is never NaN nor denormal.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, Pod, Zeroable)]
 #[repr(transparent)]
 pub(super) struct SignedBox(F32x8);
 
@@ -101,7 +102,7 @@ impl SignedBox {
 }
 
 /// What the builder knows of a primitive.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, Pod, Zeroable)]
 #[repr(transparent)]
 pub struct BuildPrimitive(SignedBox);
 
