@@ -9,8 +9,6 @@
 //! Invariants: every leaf holds primitives of one kind, at most [`MAX_LEAF`]; no way from the root
 //! is longer than [`MAX_DEPTH`] (after `SAH_DEPTH` splits, ranges are halved).
 
-use std::ops::BitOr;
-
 use rayon::prelude::*;
 
 use super::PrimitiveSource;
@@ -25,7 +23,6 @@ use super::quality::BuildQuality;
 use super::reinsert;
 use super::watch::{Cancelled, Watch};
 use crate::geometry::Aabb;
-use crate::pages::Fresh;
 
 /// No way from the root to a leaf has more nodes: `SAH_DEPTH` splits by cost, then the 26 halvings
 /// that the largest scene needs, then two to part the kinds of a mixed leaf.
@@ -40,22 +37,13 @@ pub(super) const TREELET: usize = 4096;
 /// Larger ranges are binned and partitioned in chunks of this size.
 pub(super) const CHUNK: usize = 16_384;
 
-/// The boxes of all primitives with ids below `ids`, except those that a tree leaves out.
-pub(super) fn boxes(ids: usize, source: &impl PrimitiveSource) -> Fresh<BuildPrimitive> {
-    let mut all = Fresh::new(ids);
-    let chunk = |(chunk, some): (usize, &mut [BuildPrimitive])| {
-        source.boxes((chunk * CHUNK) as u32, some);
-        some.iter().any(BuildPrimitive::is_left_out)
-    };
-    if all.par_chunks_mut(CHUNK).enumerate().map(chunk).reduce(|| false, BitOr::bitor) {
-        let (primitives, mut kept) = (&mut *all, 0);
-        for place in 0..ids {
-            primitives[kept] = primitives[place];
-            kept += usize::from(!primitives[kept].is_left_out());
-        }
-        all.truncate(kept);
-    }
-    all
+/// The boxes of all primitives.
+pub(super) fn boxes(ids: usize, source: &impl PrimitiveSource) -> Vec<BuildPrimitive> {
+    let mut primitives = vec![BuildPrimitive::left_out(); ids];
+    primitives.par_chunks_mut(CHUNK).enumerate().for_each(|(chunk, primitives)| {
+        source.boxes((chunk * CHUNK) as u32, primitives);
+    });
+    primitives
 }
 
 /// Sorts `primitives` into leaf order and returns the tree over them, and the box around them.
@@ -75,7 +63,7 @@ pub(super) fn build(
     let Sorted { primitives: sorted, mut clusters } = clusters::sort(primitives, range);
     watch.check()?;
     let range = clusters.par_chunks(CHUNK).map(Range::of).reduce(Range::empty, Range::union);
-    let (clusters, sorted) = (clusters.as_mut_slice(), &*sorted);
+    let (clusters, sorted) = (clusters.as_mut_slice(), sorted.as_slice());
     let bunch = Bunch { sorted, clusters, primitives, first: 0, range, depth: 0 };
     let (mut tree, _) = builder.crown(bunch);
     watch.check()?;

@@ -12,7 +12,6 @@ use rayon::prelude::*;
 
 use super::binning::{Binned, INTEGER, Range};
 use super::primitive::{BuildPrimitive, SignedBox};
-use crate::pages::Fresh;
 
 /// There is a cell for so many primitives, most of them empty where surfaces are.
 const PER_CELL: usize = 2;
@@ -31,7 +30,7 @@ pub(super) struct Cluster {
 
 /// Primitives in an order that has neighbours together.
 pub(super) struct Sorted {
-    pub(super) primitives: Fresh<BuildPrimitive>,
+    pub(super) primitives: Vec<BuildPrimitive>,
     pub(super) clusters: Vec<Cluster>,
 }
 
@@ -90,10 +89,9 @@ pub(super) fn sort(primitives: &[BuildPrimitive], range: Range) -> Sorted {
         }
     });
 
-    let mut sorted = Fresh::new(primitives.len());
-    sorted.par_iter_mut().zip(order).for_each(|(one, index)| {
-        *one = primitives[index.into_inner() as usize];
-    });
+    let mut sorted = Vec::new();
+    let at = |index: AtomicU32| primitives[index.into_inner() as usize];
+    order.into_par_iter().map(at).collect_into_vec(&mut sorted);
     let mut clusters = Vec::new();
     let cluster = |(first, count): (u32, u32)| Cluster {
         range: Range::of(&sorted[first as usize..][..count as usize]),

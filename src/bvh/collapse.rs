@@ -15,7 +15,7 @@ use super::outlook::{self, Outlook, Slot};
 use super::primitive::PrimitiveKey;
 use super::watch::{Cancelled, Watch};
 use crate::geometry::Aabb;
-use crate::pages::{Fresh, Frozen};
+use crate::pages::{Fresh, Frozen, Term};
 
 /// A subtree of up to this many primitives is laid out by one thread.
 const TASK: usize = 8192;
@@ -29,18 +29,19 @@ pub(super) fn collapse(
     primitives: &[PrimitiveKey],
     ids: usize,
     source: &impl PrimitiveSource,
+    term: Term,
     watch: &Watch<'_>,
 ) -> Result<(Frozen<Node>, Leaves, usize), Cancelled> {
     if primitives.is_empty() {
-        return Ok((Frozen::default(), Room::new(ids, &[]).leaves(), 0));
+        return Ok((Frozen::default(), Room::new(ids, &[], term).leaves(), 0));
     }
     let top = Top::of(tree);
     let counts: Vec<[usize; 3]> =
         top.tasks.par_iter().map(|task| task.kinds(primitives, tree.mixed)).collect();
-    let mut room = Room::new(ids, &counts);
+    let mut room = Room::new(ids, &counts, term);
     let layers = room.layers(&counts).into_iter();
     let hands = layers.map(|layer| Laying { primitives, source, layer }).collect();
-    let (nodes, depth) = top.nodes(hands, watch)?;
+    let (nodes, depth) = top.nodes(hands, term, watch)?;
     Ok((nodes, room.leaves(), depth))
 }
 
@@ -54,7 +55,7 @@ pub(super) fn collapse_laid(
     }
     let top = Top::of(tree);
     let hands = top.tasks.iter().map(|_| Laid).collect();
-    top.nodes(hands, watch)
+    top.nodes(hands, Term::Open, watch)
 }
 
 /// What makes leaves of binary ones.
@@ -189,6 +190,7 @@ impl<'a> Top<'a> {
     fn nodes<H: Hand + Send>(
         self,
         hands: Vec<H>,
+        term: Term,
         watch: &Watch<'_>,
     ) -> Result<(Frozen<Node>, usize), Cancelled> {
         let Self { nodes: mut top, tasks } = self;
@@ -208,7 +210,7 @@ impl<'a> Top<'a> {
         watch.check()?;
 
         let made: usize = parts.iter().map(|part| part.nodes.len()).sum();
-        let mut nodes = Fresh::<Node>::new(top.len() + made);
+        let mut nodes = Fresh::<Node>::new(top.len() + made, term);
         let (upper, mut rest) = nodes.split_at_mut(top.len());
         upper.fill(Node::empty());
         let (mut first, mut depth) = (top.len() as u32, 0);

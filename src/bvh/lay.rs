@@ -9,6 +9,7 @@ use super::leaves::{DROPPED, FreshArray, LeafPart, Leaves, packed_slot};
 use super::node::{Child, MAX_LEAF, PrimKind};
 use super::primitive::{PrimitiveKey, SignedBox};
 use crate::geometry::Spheres;
+use crate::pages::Term;
 
 /// The leaves of a tree while they are filled.
 pub(super) struct Room {
@@ -36,14 +37,14 @@ pub(super) struct Laid {
 }
 
 impl Room {
-    /// Room for parts with so many primitives of each kind, with ids below `ids`.
-    pub(super) fn new(ids: usize, counts: &[[usize; 3]]) -> Self {
+    /// Room for parts with so many primitives of each kind, with ids below `ids`, for that term.
+    pub(super) fn new(ids: usize, counts: &[[usize; 3]], term: Term) -> Self {
         let total = |kind: PrimKind| counts.iter().map(|counts| counts[kind as usize]).sum();
         let [triangles, quads, spheres] = PrimKind::ALL.map(total);
         Self {
-            triangles: FreshArray::with_len(triangles),
-            quads: FreshArray::with_len(quads),
-            spheres: FreshArray::with_len(spheres),
+            triangles: FreshArray::with_len(triangles, term),
+            quads: FreshArray::with_len(quads, term),
+            spheres: FreshArray::with_len(spheres, term),
             slot_of: (0..ids).into_par_iter().map(|_| AtomicU32::new(DROPPED)).collect(),
         }
     }

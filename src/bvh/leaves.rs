@@ -13,7 +13,7 @@ use glam::Vec3;
 
 use super::node::{Child, MAX_LEAF, PrimKind};
 use crate::geometry::Aabb;
-use crate::pages::{Fresh, Frozen};
+use crate::pages::{Fresh, Frozen, Term};
 
 /// Stands in [`Leaves::slot_of`] for a primitive that was dropped (no area, not finite).
 pub const DROPPED: u32 = u32::MAX;
@@ -82,9 +82,9 @@ impl<const FIELDS: usize> LeafArray<FIELDS> {
 impl<const FIELDS: usize> FreshArray<FIELDS> {
     /// Room for `len` primitives, and for what a load of a whole register may read past the last;
     /// that even for none, since a ray whose margin is infinite enters empty slots too.
-    pub(super) fn with_len(len: usize) -> Self {
+    pub(super) fn with_len(len: usize, term: Term) -> Self {
         let window = LeafArray::<FIELDS>::WINDOW;
-        Self { fields: Fresh::new(len * FIELDS + window), ids: Fresh::new(len) }
+        Self { fields: Fresh::new(len * FIELDS + window, term), ids: Fresh::new(len, term) }
     }
 
     /// Cuts the array into parts of so many primitives, to be filled apart.

@@ -52,7 +52,7 @@ use rayon::prelude::*;
 use primitive::PrimitiveKey;
 
 use crate::geometry::Aabb;
-use crate::pages::Frozen;
+use crate::pages::{Frozen, Term};
 use crate::prefetch::{Shelf, Shelves};
 
 /// Where a build gets the primitives from, by their ids. Each method is called with ids of its kind.
@@ -100,19 +100,24 @@ impl Bvh {
         quality: BuildQuality,
         watch: &Watch<'_>,
     ) -> Result<Self, Cancelled> {
+        let term = if quality == BuildQuality::High { Term::Long } else { Term::Open };
         let (nodes, leaves, bounds, depth) = if quality == BuildQuality::Fast {
             let (tree, leaves, bounds) = linear::build(ids, source, watch)?;
             let (nodes, depth) = collapse::collapse_laid(&tree, watch)?;
             (nodes, leaves, bounds, depth)
         } else {
             let mut primitives = build::boxes(ids, source);
+            if primitives.par_iter().any(BuildPrimitive::is_left_out) {
+                primitives.retain(|one| !one.is_left_out());
+            }
             let rounds = if quality == BuildQuality::High { reinsert::ROUNDS } else { 0 };
             watch.start(primitives.len() * (2 + rounds));
             let (tree, bounds) = build::build(&mut primitives, quality, watch)?;
             // Boxes are done with: their memory is needed for the leaves.
             let order: Vec<PrimitiveKey> = primitives.par_iter().map(PrimitiveKey::of).collect();
             drop(primitives);
-            let (nodes, leaves, depth) = collapse::collapse(&tree, &order, ids, source, watch)?;
+            let (nodes, leaves, depth) =
+                collapse::collapse(&tree, &order, ids, source, term, watch)?;
             (nodes, leaves, bounds, depth)
         };
         let extent = if bounds.is_empty() {

@@ -1,6 +1,5 @@
 //! What the builder knows of a primitive: its box, its kind, its id, in one register of eight lanes.
 
-use bytemuck::{Pod, Zeroable};
 use glam::{Vec3, Vec4, Vec4Swizzles};
 
 use super::binning::Binned;
@@ -10,7 +9,7 @@ use crate::simd::{F32x8, Lanes};
 
 /// A box in eight lanes, `min.xyz, _, -max.xyz, _`: so the union of two boxes is one minimum. What
 /// the two other lanes hold takes part and means nothing, but is never NaN nor denormal.
-#[derive(Clone, Copy, Debug, Pod, Zeroable)]
+#[derive(Clone, Copy, Debug)]
 #[repr(transparent)]
 pub(super) struct SignedBox(F32x8);
 
@@ -102,7 +101,7 @@ impl SignedBox {
 }
 
 /// What the builder knows of a primitive.
-#[derive(Clone, Copy, Debug, Pod, Zeroable)]
+#[derive(Clone, Copy, Debug)]
 #[repr(transparent)]
 pub struct BuildPrimitive(SignedBox);
 

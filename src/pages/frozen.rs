@@ -8,8 +8,8 @@ use memmap2::MmapMut;
 use yoke::Yoke;
 use yoke::either::EitherCart;
 
-use super::Line;
-use super::fresh::{Fresh, Memory};
+use super::fresh::{Fresh, Memory, Term};
+use super::{Line, ask_for_huge};
 
 /// An array on a boundary of 64 bytes that nobody writes to any more, on huge pages if it is large and
 /// there are any. It keeps its slice beside its memory, so that looking into it takes no more than
@@ -22,6 +22,7 @@ impl<T: Pod> Fresh<T> {
         let bytes = self.len() * size_of::<T>();
         Frozen(match std::mem::replace(&mut self.memory, Memory::none()) {
             Memory::Mapped(map) => {
+                ask_for_huge(&map, bytes);
                 Yoke::attach_to_cart(map, |map: &[u8]| bytemuck::cast_slice(&map[..bytes]))
                     .wrap_cart_in_either_a()
             }
@@ -51,13 +52,13 @@ impl<T> Deref for Frozen<T> {
 
 impl<T: Pod> Default for Frozen<T> {
     fn default() -> Self {
-        Fresh::new(0).freeze()
+        Fresh::new(0, Term::Open).freeze()
     }
 }
 
 impl<T: Pod> Clone for Frozen<T> {
     fn clone(&self) -> Self {
-        let mut copy = Fresh::new(self.len());
+        let mut copy = Fresh::new(self.len(), Term::Open);
         copy.copy_from_slice(self);
         copy.freeze()
     }
@@ -78,7 +79,7 @@ mod tests {
     fn arrays_of_all_sizes_keep_what_was_written() {
         const LARGE: usize = LEAST_BYTES / size_of::<[u32; 3]>() + 1;
         for len in [0, 1, 5, 6, 1000, LARGE - 2, LARGE - 1, LARGE, 2 * LARGE] {
-            let mut fresh = Fresh::<[u32; 3]>::new(len + 3);
+            let mut fresh = Fresh::<[u32; 3]>::new(len + 3, Term::Open);
             assert!(fresh.iter().all(|&value| value == [0; 3]));
             fresh.iter_mut().zip(1..).for_each(|(value, number)| *value = [number, 7, !number]);
             fresh.truncate(len);

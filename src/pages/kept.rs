@@ -7,7 +7,7 @@ use bytemuck::Pod;
 use memmap2::MmapMut;
 
 use super::fresh::{Fresh, Memory};
-use super::{LEAST_BYTES, mapped};
+use super::{LEAST_BYTES, ask_for_huge, mapped};
 
 /// How many arrays that nobody uses are kept, and how large they are at most: what two calls with a
 /// million rays need.
@@ -25,7 +25,8 @@ impl<T: Pod> Pages<T> {
     /// So many values, whatever they are.
     pub fn new(len: usize) -> Self {
         let bytes = len * size_of::<T>();
-        let map = if bytes < LEAST_BYTES { None } else { spare(bytes).or_else(|| mapped(bytes)) };
+        let fresh = || mapped(bytes).inspect(|map| ask_for_huge(map, bytes));
+        let map = if bytes < LEAST_BYTES { None } else { spare(bytes).or_else(fresh) };
         Self(Fresh::on(map, len))
     }
 }
