@@ -8,6 +8,7 @@ use rayon::prelude::*;
 
 use super::PrimitiveSource;
 use super::binary::{BinaryNode, BinaryTree, Cursor};
+use super::children::Children;
 use super::lay::{Layer, Room, Shape};
 use super::leaves::Leaves;
 use super::node::{Child, MAX_LEAF, Node, WIDTH};
@@ -89,44 +90,6 @@ impl Hand for Laid {
     #[inline(always)]
     fn leaf(&mut self, leaf: &BinaryNode) -> (Child, Outlook) {
         leaf.as_laid()
-    }
-}
-
-/// The up to eight children of the node that is made of `root`.
-struct Children<'a> {
-    all: [Cursor<'a>; WIDTH],
-    count: usize,
-}
-
-impl<'a> Children<'a> {
-    fn of(root: Cursor<'a>) -> Self {
-        let mut children = Self { all: [root; WIDTH], count: 0 };
-        if root.node().plan.is_leaf() {
-            // Only a tree that is one leaf as a whole.
-            children.count = 1;
-        } else {
-            children.open(root, WIDTH);
-        }
-        children
-    }
-
-    fn open(&mut self, root: Cursor<'a>, mut forest: usize) {
-        let plan = root.node().plan;
-        while forest > 1 {
-            let to_the_left = plan.left_of(forest);
-            if to_the_left > 0 {
-                let [left, right] = root.children();
-                self.open(left, to_the_left);
-                return self.open(right, forest - to_the_left);
-            }
-            forest -= 1;
-        }
-        self.all[self.count] = root;
-        self.count += 1;
-    }
-
-    fn iter(&self) -> impl Iterator<Item = Cursor<'a>> {
-        self.all[..self.count].iter().copied()
     }
 }
 

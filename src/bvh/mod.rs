@@ -5,13 +5,14 @@
 //! tree of `primitive` boxes by the surface area heuristic (`binning`), with a `plan` which of its
 //! nodes to keep. Its `quality` says how good it is: the best ends with `reinsert`, and the fastest is
 //! made another way: `marks` on a `curve`, put in `order`, make a `linear` tree with a `roof`.
-//! `collapse` turns either into `node`s of eight, their children in the order of their `outlook`. To
+//! `collapse` turns either into `node`s of eight, whose `children` come in the order of their `outlook`. To
 //! `lay` primitives out in leaf order makes the `leaves`. A `watch` sees how far that is. `validate`
 //! checks what the traversals rely on, `stats` measures it.
 
 mod binary;
 mod binning;
 mod build;
+mod children;
 mod clusters;
 mod collapse;
 mod crown;
