@@ -23,6 +23,10 @@ test-baseline:
 bench *arguments:
     cargo bench {{arguments}}
 
+# Instructions a ray, by Valgrind, which knows no AVX-512
+instructions:
+    RUSTFLAGS="-C target-cpu=x86-64-v3" cargo bench --bench instructions --target-dir target/x86-64-v3
+
 # Against Embree, natively and from Python; `just compare mesh.obj` takes a mesh of yours
 compare mesh="":
     #!/usr/bin/env bash

@@ -8,6 +8,7 @@ use rayon::prelude::*;
 
 use super::PrimitiveSource;
 use super::binary::{BinaryNode, BinaryTree, Cursor};
+use super::children::Children;
 use super::lay::{Layer, Room, Shape};
 use super::leaves::Leaves;
 use super::node::{Child, MAX_LEAF, Node, WIDTH};
@@ -15,6 +16,7 @@ use super::outlook::{self, Outlook, Slot};
 use super::primitive::PrimitiveKey;
 use super::watch::{Cancelled, Watch};
 use crate::geometry::Aabb;
+use crate::pages::{Fresh, Frozen, Term};
 
 /// A subtree of up to this many primitives is laid out by one thread.
 const TASK: usize = 8192;
@@ -28,18 +30,19 @@ pub(super) fn collapse(
     primitives: &[PrimitiveKey],
     ids: usize,
     source: &impl PrimitiveSource,
+    term: Term,
     watch: &Watch<'_>,
-) -> Result<(Vec<Node>, Leaves, usize), Cancelled> {
+) -> Result<(Frozen<Node>, Leaves, usize), Cancelled> {
     if primitives.is_empty() {
-        return Ok((Vec::new(), Room::new(ids, &[]).leaves(), 0));
+        return Ok((Frozen::default(), Room::new(ids, &[], term).leaves(), 0));
     }
     let top = Top::of(tree);
     let counts: Vec<[usize; 3]> =
         top.tasks.par_iter().map(|task| task.kinds(primitives, tree.mixed)).collect();
-    let mut room = Room::new(ids, &counts);
+    let mut room = Room::new(ids, &counts, term);
     let layers = room.layers(&counts).into_iter();
     let hands = layers.map(|layer| Laying { primitives, source, layer }).collect();
-    let (nodes, depth) = top.nodes(hands, watch)?;
+    let (nodes, depth) = top.nodes(hands, term, watch)?;
     Ok((nodes, room.leaves(), depth))
 }
 
@@ -47,13 +50,13 @@ pub(super) fn collapse(
 pub(super) fn collapse_laid(
     tree: &BinaryTree,
     watch: &Watch<'_>,
-) -> Result<(Vec<Node>, usize), Cancelled> {
+) -> Result<(Frozen<Node>, usize), Cancelled> {
     if tree.top.is_empty() {
-        return Ok((Vec::new(), 0));
+        return Ok((Frozen::default(), 0));
     }
     let top = Top::of(tree);
     let hands = top.tasks.iter().map(|_| Laid).collect();
-    top.nodes(hands, watch)
+    top.nodes(hands, Term::Open, watch)
 }
 
 /// What makes leaves of binary ones.
@@ -87,44 +90,6 @@ impl Hand for Laid {
     #[inline(always)]
     fn leaf(&mut self, leaf: &BinaryNode) -> (Child, Outlook) {
         leaf.as_laid()
-    }
-}
-
-/// The up to eight children of the node that is made of `root`.
-struct Children<'a> {
-    all: [Cursor<'a>; WIDTH],
-    count: usize,
-}
-
-impl<'a> Children<'a> {
-    fn of(root: Cursor<'a>) -> Self {
-        let mut children = Self { all: [root; WIDTH], count: 0 };
-        if root.node().plan.is_leaf() {
-            // Only a tree that is one leaf as a whole.
-            children.count = 1;
-        } else {
-            children.open(root, WIDTH);
-        }
-        children
-    }
-
-    fn open(&mut self, root: Cursor<'a>, mut forest: usize) {
-        let plan = root.node().plan;
-        while forest > 1 {
-            let to_the_left = plan.left_of(forest);
-            if to_the_left > 0 {
-                let [left, right] = root.children();
-                self.open(left, to_the_left);
-                return self.open(right, forest - to_the_left);
-            }
-            forest -= 1;
-        }
-        self.all[self.count] = root;
-        self.count += 1;
-    }
-
-    fn iter(&self) -> impl Iterator<Item = Cursor<'a>> {
-        self.all[..self.count].iter().copied()
     }
 }
 
@@ -188,8 +153,9 @@ impl<'a> Top<'a> {
     fn nodes<H: Hand + Send>(
         self,
         hands: Vec<H>,
+        term: Term,
         watch: &Watch<'_>,
-    ) -> Result<(Vec<Node>, usize), Cancelled> {
+    ) -> Result<(Frozen<Node>, usize), Cancelled> {
         let Self { nodes: mut top, tasks } = self;
         let part = |(task, hand): (&Task<'a>, H)| {
             let count = task.root.node().count as usize;
@@ -207,17 +173,25 @@ impl<'a> Top<'a> {
         watch.check()?;
 
         let made: usize = parts.iter().map(|part| part.nodes.len()).sum();
-        let mut nodes = Vec::with_capacity(top.len() + made);
-        nodes.resize(top.len(), Node::empty());
-        let mut depth = 0;
-        for (task, part) in tasks.iter().zip(parts) {
-            // A part's nodes know each other by their places in it.
-            let first = nodes.len() as u32;
+        let mut nodes = Fresh::<Node>::new(top.len() + made, term);
+        let (upper, mut rest) = nodes.split_at_mut(top.len());
+        upper.fill(Node::empty());
+        let (mut first, mut depth) = (top.len() as u32, 0);
+        let mut places = Vec::with_capacity(parts.len());
+        for (task, part) in tasks.iter().zip(&parts) {
             let slot = &mut top[task.node].slots[task.slot];
             (slot.child, slot.outlook) = (part.root.moved(first), part.outlook);
-            nodes.extend(part.nodes.iter().map(|node| node.moved(first)));
+            let place = rest.split_off_mut(..part.nodes.len()).expect("room for all parts");
+            places.push((first, place));
+            first += part.nodes.len() as u32;
             depth = depth.max(task.depth).max(part.depth);
         }
+        // A part's nodes know each other by their places in it.
+        parts.into_par_iter().zip(places).for_each(|(part, (first, place))| {
+            for (node, made) in place.iter_mut().zip(&part.nodes) {
+                *node = made.moved(first);
+            }
+        });
         // From below, since what is expected of a node follows from its children.
         let mut outlooks = vec![Outlook::default(); top.len()];
         for (place, node) in top.iter_mut().enumerate().rev() {
@@ -231,7 +205,7 @@ impl<'a> Top<'a> {
             }
             outlooks[place] = outlook::arrange(&mut nodes[place], slots, &node.bounds);
         }
-        Ok((nodes, depth))
+        Ok((nodes.freeze(), depth))
     }
 
     /// Adds the node that is made of `root`, `depth` from the root, and those below.

@@ -5,14 +5,17 @@ use std::sync::atomic::{AtomicU32, Ordering};
 use rayon::prelude::*;
 
 use super::PrimitiveSource;
-use super::leaves::{DROPPED, LeafArray, LeafPart, Leaves, packed_slot};
+use super::leaves::{DROPPED, FreshArray, LeafPart, Leaves, packed_slot};
 use super::node::{Child, MAX_LEAF, PrimKind};
 use super::primitive::{PrimitiveKey, SignedBox};
 use crate::geometry::Spheres;
+use crate::pages::Term;
 
 /// The leaves of a tree while they are filled.
 pub(super) struct Room {
-    leaves: Leaves,
+    triangles: FreshArray<9>,
+    quads: FreshArray<12>,
+    spheres: FreshArray<4>,
     slot_of: Vec<AtomicU32>,
 }
 
@@ -34,18 +37,14 @@ pub(super) struct Laid {
 }
 
 impl Room {
-    /// Room for parts with so many primitives of each kind, with ids below `ids`.
-    pub(super) fn new(ids: usize, counts: &[[usize; 3]]) -> Self {
+    /// Room for parts with so many primitives of each kind, with ids below `ids`, for that term.
+    pub(super) fn new(ids: usize, counts: &[[usize; 3]], term: Term) -> Self {
         let total = |kind: PrimKind| counts.iter().map(|counts| counts[kind as usize]).sum();
         let [triangles, quads, spheres] = PrimKind::ALL.map(total);
-        let leaves = Leaves {
-            triangles: LeafArray::with_len(triangles),
-            quads: LeafArray::with_len(quads),
-            spheres: LeafArray::with_len(spheres),
-            slot_of: Vec::new(),
-        };
         Self {
-            leaves,
+            triangles: FreshArray::with_len(triangles, term),
+            quads: FreshArray::with_len(quads, term),
+            spheres: FreshArray::with_len(spheres, term),
             slot_of: (0..ids).into_par_iter().map(|_| AtomicU32::new(DROPPED)).collect(),
         }
     }
@@ -53,18 +52,22 @@ impl Room {
     /// Its parts, by the same counts.
     pub(super) fn layers(&mut self, counts: &[[usize; 3]]) -> Vec<Layer<'_>> {
         let of_kind = |kind: PrimKind| counts.iter().map(move |counts| counts[kind as usize]);
-        let triangles = self.leaves.triangles.parts(of_kind(PrimKind::Triangle));
-        let quads = self.leaves.quads.parts(of_kind(PrimKind::Quad));
-        let spheres = self.leaves.spheres.parts(of_kind(PrimKind::Sphere));
+        let triangles = self.triangles.parts(of_kind(PrimKind::Triangle));
+        let quads = self.quads.parts(of_kind(PrimKind::Quad));
+        let spheres = self.spheres.parts(of_kind(PrimKind::Sphere));
         let slot_of = self.slot_of.as_slice();
         let layer = |((triangles, quads), spheres)| Layer { slot_of, triangles, quads, spheres };
         triangles.into_iter().zip(quads).zip(spheres).map(layer).collect()
     }
 
     /// The leaves, once all are filled.
-    pub(super) fn leaves(mut self) -> Leaves {
-        self.leaves.slot_of = self.slot_of.into_iter().map(AtomicU32::into_inner).collect();
-        self.leaves
+    pub(super) fn leaves(self) -> Leaves {
+        Leaves {
+            triangles: self.triangles.freeze(),
+            quads: self.quads.freeze(),
+            spheres: self.spheres.freeze(),
+            slot_of: self.slot_of.into_iter().map(AtomicU32::into_inner).collect(),
+        }
     }
 }
 

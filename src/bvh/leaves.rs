@@ -13,6 +13,7 @@ use glam::Vec3;
 
 use super::node::{Child, MAX_LEAF, PrimKind};
 use crate::geometry::Aabb;
+use crate::pages::{Fresh, Frozen, Term};
 
 /// Stands in [`Leaves::slot_of`] for a primitive that was dropped (no area, not finite).
 pub const DROPPED: u32 = u32::MAX;
@@ -25,9 +26,15 @@ pub const MAX_PRIMITIVES: u64 = (1 << 26) - 1;
 #[derive(Clone, Debug, Default)]
 pub struct LeafArray<const FIELDS: usize> {
     /// Leaf by leaf, field by field; see the top of this file.
-    pub fields: Vec<f32>,
+    pub fields: Frozen<f32>,
     /// The id of each slot.
-    pub ids: Vec<u32>,
+    pub ids: Frozen<u32>,
+}
+
+/// A [`LeafArray`] while it is filled.
+pub(super) struct FreshArray<const FIELDS: usize> {
+    fields: Fresh<f32>,
+    ids: Fresh<u32>,
 }
 
 /// The three vertices of triangles: `v0.x v0.y v0.z v1.x .. v2.z`.
@@ -51,32 +58,6 @@ impl<const FIELDS: usize> LeafArray<FIELDS> {
         self.ids.is_empty()
     }
 
-    /// Room for `len` primitives, and for what a load of a whole register may read past the last;
-    /// that even for none, since a ray whose margin is infinite enters empty slots too.
-    pub(super) fn with_len(len: usize) -> Self {
-        Self { fields: vec![0.0; len * FIELDS + Self::WINDOW], ids: vec![0; len] }
-    }
-
-    /// Cuts the array into parts of so many primitives, to be filled apart.
-    pub(super) fn parts(
-        &mut self,
-        counts: impl Iterator<Item = usize>,
-    ) -> Vec<LeafPart<'_, FIELDS>> {
-        let (mut fields, mut ids) = (self.fields.as_mut_slice(), self.ids.as_mut_slice());
-        let mut first = 0;
-        let part = |count: usize| {
-            let part = LeafPart {
-                fields: fields.split_off_mut(..count * FIELDS).expect("room for all parts"),
-                ids: ids.split_off_mut(..count).expect("room for all parts"),
-                first,
-                used: 0,
-            };
-            first += count as u32;
-            part
-        };
-        counts.map(part).collect()
-    }
-
     /// All fields of one primitive of a leaf.
     #[inline(always)]
     pub fn get(&self, first: u32, count: u32, place: u32) -> [f32; FIELDS] {
@@ -98,6 +79,40 @@ impl<const FIELDS: usize> LeafArray<FIELDS> {
     const WINDOW: usize = (FIELDS + 1) * MAX_LEAF;
 }
 
+impl<const FIELDS: usize> FreshArray<FIELDS> {
+    /// Room for `len` primitives, and for what a load of a whole register may read past the last;
+    /// that even for none, since a ray whose margin is infinite enters empty slots too.
+    pub(super) fn with_len(len: usize, term: Term) -> Self {
+        let window = LeafArray::<FIELDS>::WINDOW;
+        Self { fields: Fresh::new(len * FIELDS + window, term), ids: Fresh::new(len, term) }
+    }
+
+    /// Cuts the array into parts of so many primitives, to be filled apart.
+    pub(super) fn parts(
+        &mut self,
+        counts: impl Iterator<Item = usize>,
+    ) -> Vec<LeafPart<'_, FIELDS>> {
+        let (mut fields, mut ids) = (&mut *self.fields, &mut *self.ids);
+        let mut first = 0;
+        let part = |count: usize| {
+            let part = LeafPart {
+                fields: fields.split_off_mut(..count * FIELDS).expect("room for all parts"),
+                ids: ids.split_off_mut(..count).expect("room for all parts"),
+                first,
+                used: 0,
+            };
+            first += count as u32;
+            part
+        };
+        counts.map(part).collect()
+    }
+
+    /// The array, once all is filled.
+    pub(super) fn freeze(self) -> LeafArray<FIELDS> {
+        LeafArray { fields: self.fields.freeze(), ids: self.ids.freeze() }
+    }
+}
+
 /// One leaf, field by field.
 #[derive(Clone, Copy)]
 pub struct Leaf<'a> {
@@ -113,7 +128,7 @@ impl Leaf<'_> {
     }
 }
 
-/// A part of a [`LeafArray`] that is filled leaf by leaf.
+/// A part of a [`FreshArray`] that is filled leaf by leaf.
 pub(super) struct LeafPart<'a, const FIELDS: usize> {
     fields: &'a mut [f32],
     ids: &'a mut [u32],
@@ -236,7 +251,7 @@ impl Leaves {
     /// The memory that the arrays take, in bytes.
     pub fn bytes(&self) -> usize {
         fn array<const FIELDS: usize>(array: &LeafArray<FIELDS>) -> usize {
-            4 * (array.fields.capacity() + array.ids.capacity())
+            array.fields.bytes() + array.ids.bytes()
         }
         array(&self.triangles)
             + array(&self.quads)

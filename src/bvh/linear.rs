@@ -22,6 +22,7 @@ use super::primitive::SignedBox;
 use super::roof::{self, Block};
 use super::watch::{Cancelled, Watch};
 use crate::geometry::Aabb;
+use crate::pages::Term;
 
 /// A block has at most so many primitives. Larger ones make the tree sooner and worse.
 const BLOCK: usize = 256;
@@ -40,7 +41,7 @@ pub(super) fn build(
     watch.start(2 * marks.len());
     watch.check()?;
     if marks.is_empty() {
-        return Ok((BinaryTree::default(), Room::new(ids, &[]).leaves(), Aabb::EMPTY));
+        return Ok((BinaryTree::default(), Room::new(ids, &[], Term::Open).leaves(), Aabb::EMPTY));
     }
     let bounds = range.bounds.aabb();
     let area_scale = area_scale(&bounds);
@@ -58,7 +59,7 @@ pub(super) fn build(
         counts
     };
     let counts: Vec<[usize; 3]> = tasks.par_iter().map(count).collect();
-    let mut room = Room::new(ids, &counts);
+    let mut room = Room::new(ids, &counts, Term::Open);
     let layers = room.layers(&counts).into_par_iter();
     let grown: Vec<(Vec<BinaryNode>, Vec<Block>)> = (&tasks, layers)
         .into_par_iter()

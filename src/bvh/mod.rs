@@ -5,13 +5,14 @@
 //! tree of `primitive` boxes by the surface area heuristic (`binning`), with a `plan` which of its
 //! nodes to keep. Its `quality` says how good it is: the best ends with `reinsert`, and the fastest is
 //! made another way: `marks` on a `curve`, put in `order`, make a `linear` tree with a `roof`.
-//! `collapse` turns either into `node`s of eight, their children in the order of their `outlook`. To
+//! `collapse` turns either into `node`s of eight, whose `children` come in the order of their `outlook`. To
 //! `lay` primitives out in leaf order makes the `leaves`. A `watch` sees how far that is. `validate`
 //! checks what the traversals rely on, `stats` measures it.
 
 mod binary;
 mod binning;
 mod build;
+mod children;
 mod clusters;
 mod collapse;
 mod crown;
@@ -52,6 +53,7 @@ use rayon::prelude::*;
 use primitive::PrimitiveKey;
 
 use crate::geometry::Aabb;
+use crate::pages::{Frozen, Term};
 use crate::prefetch::{Shelf, Shelves};
 
 /// Where a build gets the primitives from, by their ids. Each method is called with ids of its kind.
@@ -75,7 +77,7 @@ pub trait PrimitiveSource: Sync {
 #[derive(Clone, Debug)]
 pub struct Bvh {
     /// The nodes; the root is the first. Empty for a scene without primitives.
-    pub nodes: Vec<Node>,
+    pub nodes: Frozen<Node>,
     /// The primitives, leaf by leaf.
     pub leaves: Leaves,
     /// The box around all of them.
@@ -99,6 +101,7 @@ impl Bvh {
         quality: BuildQuality,
         watch: &Watch<'_>,
     ) -> Result<Self, Cancelled> {
+        let term = if quality == BuildQuality::High { Term::Long } else { Term::Open };
         let (nodes, leaves, bounds, depth) = if quality == BuildQuality::Fast {
             let (tree, leaves, bounds) = linear::build(ids, source, watch)?;
             let (nodes, depth) = collapse::collapse_laid(&tree, watch)?;
@@ -114,7 +117,8 @@ impl Bvh {
             // Boxes are done with: their memory is needed for the leaves.
             let order: Vec<PrimitiveKey> = primitives.par_iter().map(PrimitiveKey::of).collect();
             drop(primitives);
-            let (nodes, leaves, depth) = collapse::collapse(&tree, &order, ids, source, watch)?;
+            let (nodes, leaves, depth) =
+                collapse::collapse(&tree, &order, ids, source, term, watch)?;
             (nodes, leaves, bounds, depth)
         };
         let extent = if bounds.is_empty() {

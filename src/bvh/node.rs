@@ -9,6 +9,8 @@
 //! - An empty slot has the bounds `+inf .. -inf`, which no ray meets, and is a leaf of nothing.
 //! - A leaf holds primitives of one kind.
 
+use bytemuck::{Pod, Zeroable};
+
 use crate::geometry::Aabb;
 
 /// How many children a node has.
@@ -95,7 +97,7 @@ impl Child {
 pub const LEAF: u32 = 1 << 31;
 
 /// Eight children: their boxes and what they refer to.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, Pod, Zeroable)]
 #[repr(C, align(64))]
 pub struct Node {
     /// `min.x, min.y, min.z, max.x, max.y, max.z` of the children, one lane a child.

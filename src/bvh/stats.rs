@@ -1,6 +1,6 @@
 //! What a tree is like: for `octray info` and for whoever compares builds.
 
-use super::node::{Child, Node, WIDTH};
+use super::node::{Child, WIDTH};
 use super::{Bvh, LEAF};
 
 /// Size, shape and cost of a tree.
@@ -27,7 +27,7 @@ impl Bvh {
         let root_area = f64::from(self.bounds.half_area());
         let (mut leaves, mut primitives) = (0, 0);
         let mut cost = if self.nodes.is_empty() { 0.0 } else { root_area };
-        for node in &self.nodes {
+        for node in self.nodes.iter() {
             for slot in (0..WIDTH).filter(|&slot| node.meta[slot] != LEAF) {
                 let area = f64::from(node.child_bounds(slot).half_area());
                 match node.child(slot) {
@@ -46,7 +46,7 @@ impl Bvh {
             primitives,
             depth: self.depth,
             sah_cost: if root_area > 0.0 { cost / root_area } else { 0.0 },
-            bytes: self.nodes.capacity() * size_of::<Node>() + self.leaves.bytes(),
+            bytes: self.nodes.bytes() + self.leaves.bytes(),
         }
     }
 }

@@ -1,8 +1,4 @@
-//! Large arrays on huge pages, where the system gives them, whose memory is kept for the next ones.
-//!
-//! A page of 4 KiB is one entry of the processor's address tables, and its first use is a call into the
-//! system, which fills it with zeros. Arrays of many megabytes that are used in no order and for the
-//! time of a call spend much of that time on both.
+//! Arrays whose memory is kept for the next ones.
 
 use std::ops::{Deref, DerefMut};
 use std::sync::Mutex;
@@ -10,8 +6,8 @@ use std::sync::Mutex;
 use bytemuck::Pod;
 use memmap2::MmapMut;
 
-/// Smaller arrays would hardly fill one huge page.
-const LEAST_BYTES: usize = 4 << 20;
+use super::fresh::{Fresh, Memory};
+use super::{LEAST_BYTES, ask_for_huge, mapped};
 
 /// How many arrays that nobody uses are kept, and how large they are at most: what two calls with a
 /// million rays need.
@@ -21,28 +17,17 @@ const LARGEST_SPARE: usize = 64 << 20;
 /// Memory that waits to be used again.
 static SPARE: Mutex<Vec<MmapMut>> = Mutex::new(Vec::new());
 
-/// An array of a fixed length, on a boundary of 64 bytes at least if it is large.
+/// A [`Fresh`] array for a short time.
 #[derive(Debug)]
-pub struct Pages<T> {
-    memory: Memory<T>,
-    len: usize,
-}
-
-#[derive(Debug)]
-enum Memory<T> {
-    Mapped(MmapMut),
-    Owned(Vec<T>),
-}
+pub struct Pages<T: Pod>(Fresh<T>);
 
 impl<T: Pod> Pages<T> {
     /// So many values, whatever they are.
     pub fn new(len: usize) -> Self {
         let bytes = len * size_of::<T>();
-        let map = if bytes < LEAST_BYTES { None } else { spare(bytes).or_else(|| mapped(bytes)) };
-        Self {
-            memory: map.map_or_else(|| Memory::Owned(vec![T::zeroed(); len]), Memory::Mapped),
-            len,
-        }
+        let fresh = || mapped(bytes).inspect(|map| ask_for_huge(map, bytes));
+        let map = if bytes < LEAST_BYTES { None } else { spare(bytes).or_else(fresh) };
+        Self(Fresh::on(map, len))
     }
 }
 
@@ -55,17 +40,9 @@ fn spare(bytes: usize) -> Option<MmapMut> {
     Some(spare.swap_remove(best))
 }
 
-fn mapped(bytes: usize) -> Option<MmapMut> {
-    let map = MmapMut::map_anon(bytes).ok()?;
-    // A system without huge pages says so, and gives others.
-    #[cfg(target_os = "linux")]
-    let _ = map.advise(memmap2::Advice::HugePage);
-    Some(map)
-}
-
-impl<T> Drop for Pages<T> {
+impl<T: Pod> Drop for Pages<T> {
     fn drop(&mut self) {
-        if let Memory::Mapped(map) = std::mem::replace(&mut self.memory, Memory::Owned(Vec::new()))
+        if let Memory::Mapped(map) = std::mem::replace(&mut self.0.memory, Memory::none())
             && map.len() <= LARGEST_SPARE
             && let Ok(mut spare) = SPARE.lock()
         {
@@ -83,20 +60,14 @@ impl<T: Pod> Deref for Pages<T> {
 
     #[inline(always)]
     fn deref(&self) -> &[T] {
-        match &self.memory {
-            Memory::Mapped(map) => bytemuck::cast_slice(&map[..self.len * size_of::<T>()]),
-            Memory::Owned(values) => values,
-        }
+        &self.0
     }
 }
 
 impl<T: Pod> DerefMut for Pages<T> {
     #[inline(always)]
     fn deref_mut(&mut self) -> &mut [T] {
-        match &mut self.memory {
-            Memory::Mapped(map) => bytemuck::cast_slice_mut(&mut map[..self.len * size_of::<T>()]),
-            Memory::Owned(values) => values,
-        }
+        &mut self.0
     }
 }
 
