@@ -198,7 +198,7 @@ fn rounds(what: &str, test: u64, style: Style, usual: u64) {
         let scale = if style == Style::Grid { 1.0 } else { 10_f32.powf(random.signed() * 4.0) };
         let scene = scene(random, style, scale);
         let light = light(random, style, scale);
-        let per_point = [16, 4, 7, 16, 33, 1, 16, 64][round % 8];
+        let per_point = [16, 4, 7, 16, 33, 1, 256, 64][round % 8];
         let mut case = Case { per_point, ..Case::default() };
         let points = (6000 / per_point).min(500);
         let (middle, spread) = (random.vec() * scale * 3.0, [0.01, 0.2, 2.0][round % 3] * scale);
@@ -320,7 +320,7 @@ fn fine_meshes() {
         let (edge_u, edge_v) = (Vec3::X * width, Vec3::new(0.0, 0.3, 1.0) * width);
         let corner = middle - (edge_u + edge_v) * 0.5;
         let light = LightShape::Quad { corner, edge_u, edge_v };
-        let per_point = [16, 33, 64, 5][round % 4];
+        let per_point = [16, 33, 64, 5, 250][round % 5];
         let side = (per_point as f32).sqrt().ceil() as usize;
         let mut case = Case { per_point, ..Case::default() };
         let start = -middle * 0.6 + random.vec() * 0.4;
