@@ -47,8 +47,7 @@ struct Row {
     build: f64,
     /// Bytes of the scene.
     scene: usize,
-    /// The most memory that the process had while it built, the mesh included; of large scenes,
-    /// beside which the rest of the process is nothing.
+    /// The most memory that the process had while it built, the mesh included; of [`LARGE`] scenes.
     peak: Option<usize>,
     /// Million rays a second.
     primary: f64,
@@ -116,6 +115,9 @@ fn child(triangles: usize, build: BuildQuality) -> Result<Row, String> {
     serde_json::from_slice(&output.stdout).map_err(|error| error.to_string())
 }
 
+/// From so many triangles on the rest of the process is nothing beside the scene.
+const LARGE: usize = 900_000;
+
 /// How long rays are traced for a rate.
 const LEAST_SECONDS: f64 = 0.5;
 
@@ -125,8 +127,10 @@ fn one(triangles: usize, quality: BuildQuality) -> Result<(), String> {
     let _pool = pool.map_err(|error| error.to_string())?;
     let model = scenes::terrain(triangles);
     let (triangles, stage) = (model.primitive_count(), model.stage);
-    // Small ones often: the clock ticks a few hundred times a second.
-    let mut builders = vec![model.builder(); 2_000_000 / triangles];
+    // Small ones often: the clock ticks a few hundred times a second. Where the peak is asked for, only
+    // once: what earlier builds have freed would be in it.
+    let times = if triangles < LARGE { 2_000_000 / triangles } else { 0 };
+    let mut builders = vec![model.builder(); times];
     builders.iter_mut().for_each(|builder| builder.set_quality(quality));
     let (builds, start) = (builders.len(), cpu_seconds()?);
     for builder in builders {
@@ -167,7 +171,7 @@ fn one(triangles: usize, quality: BuildQuality) -> Result<(), String> {
         triangles,
         build: if builds > 0 { often } else { once },
         scene: scene.bytes(),
-        peak: (triangles > 900_000).then_some(peak),
+        peak: (triangles >= LARGE).then_some(peak),
         primary: rate(Kind::Primary)?,
         diffuse: rate(Kind::Diffuse)?,
     };
