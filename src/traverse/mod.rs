@@ -6,6 +6,7 @@
 //! - `tile`: up to sixteen groups of rays, in one descent as long as many of them go the same way
 //! - `rest`: what a tile leaves to single rays
 //! - `stream`: rays one by one, several in turns, each step by `single`, what waits in a `stack`
+//! - `alone`: one ray that comes alone
 //! - `pace`: which of both is worth it
 //! - `packet`: eight rays that come alone
 //! - `shadow`: points against an area light
@@ -15,6 +16,7 @@
 //! All of them give the same bits.
 
 mod aim;
+mod alone;
 pub(crate) mod batch;
 mod beams;
 mod cone;
