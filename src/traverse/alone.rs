@@ -1,7 +1,8 @@
 //! A ray that comes alone.
 //!
 //! No other ray fills the time in which a step's outcome is unknown, so it is guessed, by branches, and the
-//! next step is begun on the guess. What the ray needs on its way is kept for the thread's next one.
+//! next step is begun on the guess. What the ray needs on its way is kept for the thread's next one; it owns
+//! nothing that a thread must free, so a ray can be traced until the thread has ended.
 
 use std::cell::RefCell;
 
