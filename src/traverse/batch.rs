@@ -3,16 +3,15 @@
 use super::aim::Aim;
 use super::group::Group;
 use super::pace::Pace;
-use super::rest::Rest;
 use super::stream::Stream;
 use super::tile::Tile;
-use super::{Closest, ones, packet};
+use super::{Closest, alone, ones, packet};
 use crate::bvh::Bvh;
 use crate::hit::{Hits, NO_HIT};
 use crate::kernels::ScaledRay;
 use crate::prefetch::Ahead;
 use crate::ray::{Ray, RayPacket, Rays};
-use crate::simd::{F32x8, LaneMask, Lanes, Native};
+use crate::simd::{F32x8, Lanes, Native};
 
 /// The rays that one step of a batch takes: also the unit in which threads share a batch.
 pub(crate) const TILE_RAYS: usize = Tile::<Native>::RAYS;
@@ -128,10 +127,7 @@ fn trace_one<const ANY: bool>(bvh: &Bvh, ray: &Ray) -> Group<f32> {
         ScaledRay::new(ray.origin.to_array(), ray.dir.to_array(), ray.t_min, ray.t_max, true);
     let mut group = Group::new();
     group.load(&scaled);
-    let mut rest = Rest::new(1);
-    rest.add_whole(0, group.ray.valid.bits());
-    let groups = std::slice::from_mut(&mut group);
-    Stream::one().trace::<ANY, _>(bvh, groups, &rest);
+    alone::trace::<ANY>(bvh, &mut group);
     group
 }
 

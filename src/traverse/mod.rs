@@ -7,6 +7,7 @@
 //! - `starts`: where the rays of a tile start, which boxes there come first for any hit
 //! - `rest`: what a tile leaves to single rays
 //! - `stream`: rays one by one, several in turns, each step by `single`, what waits in a `stack`
+//! - `alone`: one ray that comes alone
 //! - `pace`: which of both is worth it
 //! - `packet`: eight rays that come alone
 //! - `shadow`: points against an area light
@@ -16,6 +17,7 @@
 //! All of them give the same bits.
 
 mod aim;
+mod alone;
 pub(crate) mod batch;
 mod beams;
 mod cone;

@@ -117,11 +117,10 @@ impl Rest {
     ) {
         let ray = group * F::LANES + lane;
         let (list, count) = (&self.lists[ray].0, usize::from(self.counts[ray]));
-        stack.clear();
         if self.whole[group] >> lane & 1 != 0 {
-            let all = (F32x8::splat(0.0), F32x8::mask(1));
-            return stack.push::<ANY>(all, (&[0; WIDTH], &[0; WIDTH]));
+            return stack.start::<ANY>();
         }
+        stack.clear();
         let mut push = |entries: &Entries, count: usize| {
             let near = F32x8::load(&entries.near);
             let mut met = F32x8::mask((1_u32 << count) - 1);

@@ -1,7 +1,8 @@
 //! One ray on its own: eight boxes of a node side by side, or the primitives of a leaf.
 //!
-//! Whether a ray meets anything in a leaf is anyone's guess, so triangles are tested to the end, and the
-//! closest is kept without a branch; a wrong guess costs more than the rest of the test.
+//! Whether a ray meets anything in a leaf is anyone's guess. Where other rays have work meanwhile, triangles
+//! are tested to the end, and the closest is kept without a branch; a wrong guess costs more than the rest
+//! of the test. A ray that comes alone gains more by guesses that come true.
 
 use std::hint::select_unpredictable;
 
@@ -10,7 +11,7 @@ use crate::bvh::{Bvh, Leaf, Node, PrimKind};
 use crate::hit::NO_HIT;
 use crate::kernels::{
     Met, Projected, ScaledRay, Sheared, SlabRay, intersect_quad, intersect_sphere,
-    intersect_triangles_straight,
+    intersect_triangle, intersect_triangles_straight,
 };
 use crate::simd::{F32x8, LaneMask, Lanes, each};
 
@@ -55,14 +56,14 @@ impl Single {
         slab.interval(near_planes, far_planes, t_min, t_max)
     }
 
-    /// Tests a leaf and keeps the closest hit in `best`.
+    /// Tests so many primitives of a leaf from the first on, and keeps the closest hit in `best`; triangles
+    /// without a branch if `STRAIGHT`.
     #[inline(always)]
-    pub(super) fn meet<const ANY: bool>(
+    pub(super) fn meet<const ANY: bool, const STRAIGHT: bool>(
         &self,
         bvh: &Bvh,
         kind: PrimKind,
-        first: u32,
-        count: u32,
+        (first, count): (u32, u32),
         best: &mut Closest,
     ) {
         crate::traverse::visits::count(|visits| {
@@ -76,8 +77,11 @@ impl Single {
                 let (ray, leaf) = (self.sheared(best.t), leaves.triangles.leaf(first, count));
                 let corner = |corner| self.project(&ray, leaf, corner);
                 let corners = [corner(0), corner(1), corner(2)];
-                let met = intersect_triangles_straight(&ray, corners, active);
-                return keep::<ANY>(&met, &leaves.triangles.ids[first as usize..], best);
+                if STRAIGHT {
+                    let met = intersect_triangles_straight(&ray, corners, active);
+                    return keep::<ANY>(&met, &leaves.triangles.ids[first as usize..], best);
+                }
+                (intersect_triangle(&ray, corners, active), &leaves.triangles.ids)
             }
             PrimKind::Quad => {
                 let (ray, leaf) = (self.sheared(best.t), leaves.quads.leaf(first, count));

@@ -8,7 +8,7 @@
 
 use super::rest::ROOM;
 use crate::bvh::{MAX_DEPTH, WIDTH};
-use crate::simd::{F32x8, Keys, LaneMask, VectorMask};
+use crate::simd::{F32x8, Keys, LaneMask, Lanes, VectorMask};
 
 /// Where the stack starts: below lie zeros, so that a whole register below any entry can be read.
 const BOTTOM: usize = WIDTH;
@@ -36,6 +36,14 @@ impl Stack {
     #[inline(always)]
     pub(super) fn clear(&mut self) {
         self.end = BOTTOM;
+    }
+
+    /// Forgets all that waits, and starts with the root.
+    #[inline(always)]
+    pub(super) fn start<const ANY: bool>(&mut self) {
+        self.clear();
+        let root = (F32x8::splat(0.0), F32x8::mask(1));
+        self.push::<ANY>(root, (&[0; WIDTH], &[0; WIDTH]));
     }
 
     /// Forgets all that waits if `done`, without a branch.

@@ -26,9 +26,9 @@ const SIDE_BY_SIDE: usize = 16;
 /// A ray on its way.
 #[derive(Clone)]
 #[repr(align(64))]
-struct Cursor {
+pub(super) struct Cursor {
     ray: Single,
-    best: Closest,
+    pub(super) best: Closest,
     /// Where the ray comes from, and its hit goes.
     from: Place,
     /// What comes next: the reference and the description of a [`Child`].
@@ -45,7 +45,7 @@ struct Place {
 }
 
 impl Cursor {
-    fn new() -> Self {
+    pub(super) fn new() -> Self {
         Self {
             ray: Single::default(),
             best: Closest { t: 0.0, u: 0.0, v: 0.0, id: NO_HIT },
@@ -67,9 +67,26 @@ impl Cursor {
         group.take_single(lane, &mut self.ray);
     }
 
+    /// Takes the first ray of a group, which has the whole tree left.
+    #[inline(always)]
+    pub(super) fn start_whole<const ANY: bool, F: Lanes>(&mut self, group: &Group<F>) {
+        count(|visits| visits.singles += 1);
+        self.best = group.best(0);
+        self.stack.start::<ANY>();
+        group.take_single(0, &mut self.ray);
+    }
+
+    /// Goes on to what waits next, and gives its description; `None` if nothing does.
+    #[inline(always)]
+    pub(super) fn next(&mut self) -> Option<u32> {
+        let (index, meta, any) = self.stack.pop();
+        (self.index, self.meta) = (index, meta);
+        any.then_some(meta)
+    }
+
     /// Puts the children of the next node that the ray meets on the stack.
     #[inline(always)]
-    fn enter<const ANY: bool>(&mut self, bvh: &Bvh) {
+    pub(super) fn enter<const ANY: bool>(&mut self, bvh: &Bvh) {
         count(|visits| visits.nodes += 1);
         let node = &bvh.nodes[self.index as usize];
         let (near, far) = self.ray.interval(node, self.best.t);
@@ -80,9 +97,26 @@ impl Cursor {
     #[inline(always)]
     fn meet<const ANY: bool>(&mut self, bvh: &Bvh) {
         if let Child::Leaf { kind, first, count } = Child::unpack(self.index, self.meta) {
-            self.ray.meet::<ANY>(bvh, kind, first, count, &mut self.best);
+            self.ray.meet::<ANY, true>(bvh, kind, (first, count), &mut self.best);
             if ANY {
                 self.stack.clear_if(self.best.id != NO_HIT);
+            } else {
+                self.stack.drop_behind(self.best.t.max(0.0));
+            }
+        }
+    }
+
+    /// As [`Cursor::meet`], by branches that guess that nothing is met.
+    #[inline(always)]
+    pub(super) fn meet_alone<const ANY: bool>(&mut self, bvh: &Bvh) {
+        if let Child::Leaf { kind, first, count } = Child::unpack(self.index, self.meta) {
+            let before = self.best.id;
+            self.ray.meet::<ANY, false>(bvh, kind, (first, count), &mut self.best);
+            if self.best.id == before {
+                return;
+            }
+            if ANY {
+                self.stack.clear();
             } else {
                 self.stack.drop_behind(self.best.t.max(0.0));
             }
@@ -138,11 +172,6 @@ impl Stream {
     /// For many rays.
     pub(super) fn new() -> Self {
         Self { cursors: vec![Cursor::new(); SIDE_BY_SIDE], queue: Vec::new() }
-    }
-
-    /// For a ray that comes alone.
-    pub(super) fn one() -> Self {
-        Self { cursors: vec![Cursor::new()], queue: Vec::new() }
     }
 
     /// Traces what is left to rays of the groups: their closest hits, or any hits if `ANY`.
