@@ -161,7 +161,7 @@ where
             }
         };
         if parallel {
-            packets.par_chunks_mut(CHUNK / N).enumerate().for_each(chunk);
+            packets.par_chunks_mut(CHUNK / N).with_max_len(1).enumerate().for_each(chunk);
         } else {
             packets.chunks_mut(CHUNK / N).enumerate().for_each(chunk);
         }
@@ -293,13 +293,15 @@ where
                 );
             }
             Answers::Hits(hits) if parallel => par_hit_chunks(hits)
+                .with_max_len(1)
                 .enumerate()
                 .for_each(|(index, hits)| self.intersect_chunk(rays, index * CHUNK, hits)),
             Answers::Hits(hits) => self.intersect_chunk(rays, 0, HitSlices::all(hits)),
-            Answers::Occluded(occluded) if parallel => occluded
-                .par_chunks_mut(CHUNK)
-                .enumerate()
-                .for_each(|(index, occluded)| self.occluded_chunk(rays, index * CHUNK, occluded)),
+            Answers::Occluded(occluded) if parallel => {
+                occluded.par_chunks_mut(CHUNK).with_max_len(1).enumerate().for_each(
+                    |(index, occluded)| self.occluded_chunk(rays, index * CHUNK, occluded),
+                )
+            }
             Answers::Occluded(occluded) => self.occluded_chunk(rays, 0, occluded),
         }
     }

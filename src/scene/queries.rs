@@ -135,7 +135,8 @@ impl Scene {
         occluded: &mut [bool],
     ) -> Result<(), ShapeError> {
         ShapeError::check("occluded", occluded.len(), "rays", rays.len())?;
-        let chunks = occluded.par_chunks_mut(CHUNK).enumerate();
+        // One by one: rays that take long lie together, and rayon would hand out a quarter of all at once.
+        let chunks = occluded.par_chunks_mut(CHUNK).with_max_len(1).enumerate();
         let chunks = chunks.map(|(chunk, occluded)| (chunk * CHUNK, occluded));
         if let Some(sorted) = Sorted::new(&rays, &self.bvh, true) {
             let found = self.occluded_sorted(&sorted);

@@ -11,8 +11,8 @@ use crate::points::{LightSamples, Points};
 use crate::scene::{LightShape, Scene};
 use crate::traverse::shadow::{self, AreaLight, BLOCK_POINTS, Ordered, Query, Seen};
 
-/// How many points a thread takes at a time, if they have few samples.
-const LARGEST_PART: usize = 4 * BLOCK_POINTS;
+/// How many points a thread takes at a time, if they have few samples: each part makes a tile of its own.
+const LARGEST_PART: usize = 16 * BLOCK_POINTS;
 /// How many, if they have many: a block that is cut in two costs a twentieth more.
 const SMALLEST_PART: usize = BLOCK_POINTS / 2;
 /// How many samples a thread takes at a time, within these limits: some tenths of a millisecond, so
@@ -125,7 +125,10 @@ impl Scene {
         let samples = query.samples.per_point();
         let points = part_points(samples);
         let parts = answers.par_chunks_mut((points * A::per_point(samples)).max(1)).enumerate();
-        parts.for_each(|(part, answers)| A::write(self, query, part * points, answers));
+        // One by one: points that take long lie together.
+        parts
+            .with_max_len(1)
+            .for_each(|(part, answers)| A::write(self, query, part * points, answers));
     }
 }
 

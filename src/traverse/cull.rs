@@ -62,7 +62,6 @@ impl Slopes {
 const FAR: f32 = 1e30;
 
 /// Where the ranges of the groups start and end, forwards, widened by the margin.
-#[derive(Clone)]
 pub(super) struct Reach {
     pub(super) axes: BeamAxes,
     pub(super) margin: f32,

@@ -140,7 +140,7 @@ impl Sorted {
         if let [(buckets, found)] = shares.as_mut_slice() {
             self.trace_buckets(buckets.clone(), found, &trace);
         } else {
-            shares.into_par_iter().for_each(|(buckets, found)| {
+            shares.into_par_iter().with_max_len(1).for_each(|(buckets, found)| {
                 self.trace_buckets(buckets, found, &trace);
             });
         }
