@@ -67,6 +67,16 @@ pub struct Bounds<F: Lanes> {
     pub max: [F; 3],
 }
 
+impl<F: Lanes> Bounds<F> {
+    /// The lanes in which both have a point in common.
+    #[inline(always)]
+    pub fn touches(&self, other: &Self) -> F::Mask {
+        let along =
+            |axis: usize| self.min[axis].le(other.max[axis]) & other.min[axis].le(self.max[axis]);
+        along(0) & along(1) & along(2)
+    }
+}
+
 /// Bounds of rays, lane by lane, in the order of [`BeamAxes::order`].
 #[derive(Clone, Copy, Debug)]
 pub struct Beam<F: Lanes> {

@@ -7,15 +7,16 @@
 use super::group::Group;
 use super::ones;
 use super::tile::GROUPS;
-use crate::simd::{F32x8, LaneMask, Lanes, each};
+use crate::kernels::Bounds;
+use crate::simd::{F32x8, LaneMask, Lanes};
 
 /// How far off a start a box may lie, in units of the largest coordinate: rays start beside their surface.
 const BESIDE: f32 = 1.0 / (1 << 17) as f32;
 
 /// The box around all starts.
 pub(super) struct Starts {
-    /// `min.x .. max.z`, if rays share their starts.
-    bounds: Option<[F32x8; 6]>,
+    /// In the scene's axes, if rays share their starts.
+    bounds: Option<Bounds<F32x8>>,
 }
 
 impl Starts {
@@ -39,10 +40,10 @@ impl Starts {
             }
         }
         let beside = F32x8::splat(BESIDE * extent);
-        let bounds = each(|place| match place {
-            0..3 => F32x8::splat(low[place].reduce_min()) - beside,
-            _ => F32x8::splat(high[place % 3].reduce_max()) + beside,
-        });
+        let bounds = Bounds {
+            min: low.map(|lanes| F32x8::splat(lanes.reduce_min()) - beside),
+            max: high.map(|lanes| F32x8::splat(lanes.reduce_max()) + beside),
+        };
         Self { bounds: Some(bounds) }
     }
 
@@ -50,9 +51,7 @@ impl Starts {
     #[inline(always)]
     pub(super) fn near(&self, boxes: &[F32x8; 6]) -> u32 {
         let Some(bounds) = &self.bounds else { return 0 };
-        let along = |axis: usize| {
-            Lanes::le(boxes[axis], bounds[axis + 3]) & Lanes::le(bounds[axis], boxes[axis + 3])
-        };
-        (along(0) & along(1) & along(2)).bits()
+        let [a, b, c, d, e, f] = *boxes;
+        bounds.touches(&Bounds { min: [a, b, c], max: [d, e, f] }).bits()
     }
 }

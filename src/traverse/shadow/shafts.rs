@@ -37,7 +37,7 @@ impl Shafts {
     pub(super) fn boxes(&self, bounds: [F32x8; 6]) -> (Turned, [u32; 2]) {
         let turned = self.aim.axes.turn_box(bounds);
         let met = self.all.meets(&turned, F32x8::splat(self.aim.end)).bits();
-        let near = overlaps(&turned, &self.all.origin);
+        let near = turned.touches(&self.all.origin).bits();
         let mut boxes = [[0.0; 8]; 6];
         for axis in 0..3 {
             turned.min[axis].store(&mut boxes[axis]);
@@ -51,15 +51,6 @@ impl Shafts {
     pub(super) fn groups(&self, boxes: &Turned, slot: usize) -> u32 {
         self.groups.meets(&one_box(boxes, slot), F32x16::splat(self.aim.end)).bits()
     }
-}
-
-/// A bit for each pair of boxes that have a point in common.
-#[inline(always)]
-fn overlaps(one: &Bounds<F32x8>, other: &Bounds<F32x8>) -> u32 {
-    let along = |axis: usize| {
-        Lanes::le(one.min[axis], other.max[axis]) & Lanes::le(other.min[axis], one.max[axis])
-    };
-    (along(0) & along(1) & along(2)).bits()
 }
 
 /// One of eight boxes, in sixteen lanes.
