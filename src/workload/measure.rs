@@ -120,7 +120,10 @@ pub fn measure(
         ray,
     };
     let mut batch = Answers::new(workload);
+    let _ = visits::take();
     batch.trace(scene, workload, parallel);
+    // Each thread counts for itself.
+    let visits = visits::take().filter(|_| path == Path::Batch && !parallel);
     let sample = Sample::new(scene, workload);
     let expected = sample.trace(scene, parallel);
     if let Some(place) =
@@ -129,7 +132,6 @@ pub fn measure(
         return Err(disagreement(Path::Reference.name(), sample.indices[place]));
     }
     let hits = (0..workload.rays.len()).filter(|&ray| batch.is_hit(ray)).count();
-    let mut visits = None;
     let (rays, hits, rates) = match path {
         Path::Reference => {
             let hits = expected.iter().filter(|hit| hit.is_hit()).count();
@@ -147,11 +149,6 @@ pub fn measure(
         }
         Path::Batch => {
             let count = workload.rays.len();
-            if !parallel {
-                let _ = visits::take();
-                batch.trace(scene, workload, parallel);
-                visits = visits::take();
-            }
             (count, hits, rates(count, effort, || batch.trace(scene, workload, parallel)))
         }
     };
