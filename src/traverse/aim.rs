@@ -218,13 +218,13 @@ fn largest_miss<F: Lanes>(
             let at = slopes[across].mul_add_fast(step, origin[across]);
             (at - F::splat(apex[across])).abs()
         };
-        let off = off(0).max(off(1));
+        let (off_x, off_y) = (off(0), off(1));
         // Asked this way round, a NaN is a miss.
-        let near = off.le(F::splat(limit)) | !ray.valid;
-        if (!near).any() {
+        let near = off_x.le(F::splat(limit)) & off_y.le(F::splat(limit));
+        if (ray.valid & !near).any() {
             return None;
         }
-        miss = F::select(ray.valid, off, F::splat(0.0)).max(miss);
+        miss = F::select(ray.valid, off_x.max(off_y), F::splat(0.0)).max(miss);
     }
     Some(miss.reduce_max())
 }

@@ -54,7 +54,7 @@ impl Beams {
             let low = origin.map(|part| F::select(ray.valid, part, inf));
             let high = origin.map(|part| F::select(ray.valid, part, neg));
             let [first, last] = F::reduce_bounds([low[0], low[1]], [high[0], high[1]]);
-            let [[start, _], [end, _]] = F::reduce_bounds([low[2]; 2], [high[2]; 2]);
+            let (start, end) = (low[2].reduce_min(), high[2].reduce_max());
             for (axis, first, last) in
                 [(0, first[0], last[0]), (1, first[1], last[1]), (2, start, end)]
             {
