@@ -215,13 +215,17 @@ impl Stream {
                 }
             }
             for &place in &now.at_node[..now.nodes] {
+                self.cursors[usize::from(place)].enter::<ANY>(bvh);
+            }
+            for &place in &now.at_node[..now.nodes] {
                 let cursor = &mut self.cursors[usize::from(place)];
-                cursor.enter::<ANY>(bvh);
                 next.add::<ANY>(usize::from(place), cursor, &shelves);
             }
             for &place in &now.at_leaf[..now.leaves] {
+                self.cursors[usize::from(place)].meet::<ANY>(bvh);
+            }
+            for &place in &now.at_leaf[..now.leaves] {
                 let cursor = &mut self.cursors[usize::from(place)];
-                cursor.meet::<ANY>(bvh);
                 next.add::<ANY>(usize::from(place), cursor, &shelves);
             }
         }
