@@ -156,6 +156,7 @@ fn trace_packet<const ANY: bool>(bvh: &Bvh, rays: &RayPacket, active: u8) -> Gro
     group.load(&ray);
     if !group.is_dead() {
         group.prepare_boxes(bvh.extent);
+        group.prepare_primitives(bvh.extent);
         packet::trace::<ANY>(bvh, &mut group);
     }
     group

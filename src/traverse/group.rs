@@ -10,7 +10,7 @@ use super::{Closest, SHEAR_ORDER};
 use crate::hit::NO_HIT;
 use crate::kernels::{
     BeamAxes, Met, Projected, ScaledRay, Sheared, SlabRay, intersect_quad, intersect_sphere,
-    intersect_triangle,
+    intersect_triangle, intersect_triangle_after,
 };
 use crate::simd::{LaneMask, Lanes, each};
 
@@ -41,6 +41,8 @@ pub(super) struct Group<F: Lanes> {
     slab: SlabRay<F>,
     /// Where the rays run; made likewise.
     pub(super) octant: Octant,
+    /// What is before the rays for sure, see [`Sheared::sure_start`]; made by [`Group::prepare_primitives`].
+    start: F,
 }
 
 impl<F: Lanes> Group<F> {
@@ -59,6 +61,7 @@ impl<F: Lanes> Group<F> {
             axes: 0,
             missing: 0,
             octant: Octant::SEVERAL,
+            start: zero,
             ray,
         }
     }
@@ -106,6 +109,12 @@ impl<F: Lanes> Group<F> {
         [self.ray.dir[order[0]] * inverse, self.ray.dir[order[1]] * inverse]
     }
 
+    /// Makes the rays ready for primitives that are not seen from the origin of all rays.
+    #[inline(always)]
+    pub(super) fn prepare_primitives(&mut self, extent: f32) {
+        self.start = self.sheared().sure_start(extent);
+    }
+
     /// Makes the rays ready for [`Group::interval`].
     #[inline(always)]
     pub(super) fn prepare_boxes(&mut self, extent: f32) {
@@ -133,6 +142,18 @@ impl<F: Lanes> Group<F> {
         }
     }
 
+    /// The rays, each in the order of its own main axis.
+    #[inline(always)]
+    fn sheared(&self) -> Sheared<F> {
+        Sheared {
+            origin: self.sheared_origin,
+            shear: self.shear,
+            inverse: self.inverse,
+            t_min: self.ray.t_min,
+            t_max: self.ray.t_max,
+        }
+    }
+
     /// Tests a triangle, which may already be relative to the origin that all rays share. True if it is
     /// kept for any lane.
     #[inline(always)]
@@ -142,8 +163,14 @@ impl<F: Lanes> Group<F> {
         from_origin: bool,
         id: u32,
     ) -> bool {
+        let start = self.start;
         self.meet_points::<ANY, 3>(corners, from_origin, id, |ray, corners, active| {
-            intersect_triangle(ray, corners, active)
+            // Rays of a fan start on nothing.
+            if from_origin {
+                intersect_triangle(ray, corners, active)
+            } else {
+                intersect_triangle_after(ray, corners, start, active)
+            }
         })
     }
 
@@ -169,13 +196,7 @@ impl<F: Lanes> Group<F> {
         id: u32,
         test: impl Fn(&Sheared<F>, [Projected<F>; POINTS], F::Mask) -> Option<Met<F>>,
     ) -> bool {
-        let ray = Sheared {
-            origin: self.sheared_origin,
-            shear: self.shear,
-            inverse: self.inverse,
-            t_min: self.ray.t_min,
-            t_max: self.ray.t_max,
-        };
+        let ray = self.sheared();
         // One test for both, and for rays along several axes: cheaper than one for each axis.
         let points = if self.axes == corners.axis() {
             corners.straight()

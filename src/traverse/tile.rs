@@ -184,6 +184,7 @@ impl<F: Lanes> Tile<F> {
         if C::LOOSE {
             for index in ones(self.live) {
                 self.groups[index].prepare_boxes(bvh.extent);
+                self.groups[index].prepare_primitives(bvh.extent);
             }
             self.octant = Octant::most(ones(self.live).map(|index| self.groups[index].octant));
         }
