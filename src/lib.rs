@@ -58,7 +58,7 @@
 //! A module uses only those above it in this list; `ARCHITECTURE.md` says more, and a test holds
 //! the imports to it.
 //!
-//! [`error`], [`instruction_sets`], [`simd`], [`pages`], [`prefetch`], [`ray`], [`hit`], [`points`], [`geometry`], [`kernels`], [`bvh`],
+//! [`error`], [`instruction_sets`], [`simd`], [`pages`], [`prefetch`], [`ray`], [`rows`], [`hit`], [`points`], [`geometry`], [`kernels`], [`bvh`],
 //! [`traverse`], [`scene`], [`shading`], [`render`], [`workload`].
 //!
 //! # Builds
@@ -83,6 +83,7 @@ pub mod points;
 pub mod prefetch;
 pub mod ray;
 pub mod render;
+pub mod rows;
 pub mod scene;
 pub mod shading;
 pub mod simd;
@@ -97,6 +98,7 @@ pub use hit::{Hit, HitBatch, HitPacket, Hits, NO_HIT};
 pub use instruction_sets::InstructionSets;
 pub use points::{LightSamples, Points, SHADOW_T_MAX, SampleArrays};
 pub use ray::{PACKET_LANES, Ray, RayBatch, RayPacket, Rays};
+pub use rows::{BatchRays, Ends, RayRows, Rows};
 pub use scene::{
     Camera, Light, LightShape, LoadError, Loaded, Material, Scene, SceneBuilder, Settings, Shading,
     load,

@@ -1,5 +1,6 @@
 //! Scenes: geometry, materials and lights together, and the queries over them.
 
+mod batches;
 mod builder;
 mod camera;
 mod file;

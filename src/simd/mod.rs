@@ -69,6 +69,8 @@ pub trait Lanes:
     fn splat(value: f32) -> Self;
     /// The first `LANES` values of `from`. Panics if there are fewer.
     fn load(from: &[f32]) -> Self;
+    /// The first `LANES` rows of `rows`, axis by axis. Panics if there are fewer.
+    fn load_rows(rows: &[[f32; 3]]) -> [Self; 3];
     /// Writes the lanes to the first `LANES` places of `to`. Panics if there are fewer.
     fn store(self, to: &mut [f32]);
     /// `self * factor + term` with one rounding, in every build.

@@ -3,7 +3,7 @@
 use std::ops::{BitAnd, BitOr, Not};
 
 use super::scalar::power_to_one;
-use super::{F32x8, F32x16, LaneMask, Lanes};
+use super::{F32x8, F32x16, LaneMask, Lanes, each};
 
 /// A mask in the form of the vectors that compares give: all bits of a lane set, or none.
 #[derive(Clone, Copy, Debug)]
@@ -54,6 +54,19 @@ macro_rules! lanes {
             fn load(from: &[f32]) -> Self {
                 let lanes: &[f32; $count] = from[..$count].try_into().expect("sliced to length");
                 <$vector>::new(*lanes)
+            }
+            #[inline(always)]
+            fn load_rows(rows: &[[f32; 3]]) -> [Self; 3] {
+                let rows: &[f32; 3 * $count] =
+                    rows[..$count].as_flattened().try_into().expect("sliced to length");
+                // The compiler makes shuffles of whole registers of this.
+                each(|axis| {
+                    let mut lanes = [0.0; $count];
+                    for lane in 0..$count {
+                        lanes[lane] = rows[3 * lane + axis];
+                    }
+                    <$vector>::new(lanes)
+                })
             }
             #[inline(always)]
             fn store(self, to: &mut [f32]) {
@@ -248,6 +261,23 @@ mod tests {
             let expected = [low.map(|of| of.reduce_min()), high.map(|of| of.reduce_max())];
             assert_eq!(F::reduce_bounds(low, high), expected);
         }
+    }
+
+    fn rows_are_turned<F: Lanes>() {
+        let rows =
+            std::array::from_fn::<_, 17, _>(|lane| [0.0, 0.25, 0.5].map(|axis| axis + lane as f32));
+        for (axis, lanes) in F::load_rows(&rows).iter().enumerate() {
+            for lane in 0..F::LANES {
+                assert_eq!(lanes.lane(lane), lane as f32 + axis as f32 * 0.25);
+            }
+        }
+    }
+
+    #[test]
+    fn rows_become_lanes() {
+        rows_are_turned::<f32>();
+        rows_are_turned::<F32x8>();
+        rows_are_turned::<F32x16>();
     }
 
     #[test]

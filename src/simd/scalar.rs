@@ -29,6 +29,10 @@ impl Lanes for f32 {
         from[0]
     }
     #[inline(always)]
+    fn load_rows(rows: &[[f32; 3]]) -> [Self; 3] {
+        rows[0]
+    }
+    #[inline(always)]
     fn store(self, to: &mut [f32]) {
         to[0] = self;
     }

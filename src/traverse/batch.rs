@@ -11,6 +11,7 @@ use crate::hit::{Hits, NO_HIT};
 use crate::kernels::ScaledRay;
 use crate::prefetch::Ahead;
 use crate::ray::{Ray, RayPacket, Rays};
+use crate::rows::{BatchRays, RayRows};
 use crate::simd::{F32x8, Lanes, Native};
 
 /// The rays that one step of a batch takes: also the unit in which threads share a batch.
@@ -20,7 +21,7 @@ pub(crate) const TILE_RAYS: usize = Tile::<Native>::RAYS;
 /// `prim_id` and `geom_id`.
 pub(crate) fn intersect(
     bvh: &Bvh,
-    rays: Rays<'_>,
+    rays: BatchRays<'_>,
     hits: &mut Hits<'_>,
     name: impl Fn(&[u32; Native::LANES]) -> [[u32; Native::LANES]; 2],
 ) {
@@ -37,7 +38,11 @@ pub(crate) fn intersect(
 }
 
 /// Says for each ray whether it hits anything.
-pub(crate) fn occluded(bvh: &Bvh, rays: Rays<'_>, occluded: &mut [bool]) {
+pub(crate) fn occluded<'a>(bvh: &Bvh, rays: impl Into<BatchRays<'a>>, occluded: &mut [bool]) {
+    say_occluded(bvh, rays.into(), occluded);
+}
+
+fn say_occluded(bvh: &Bvh, rays: BatchRays<'_>, occluded: &mut [bool]) {
     trace::<true>(bvh, rays, Ahead::new([&[]; 5]), |start, group, count| {
         for (lane, occluded) in occluded[start..start + count].iter_mut().enumerate() {
             *occluded = group.id(lane) != NO_HIT;
@@ -77,24 +82,47 @@ fn store_some(ids: &[u32], to: &mut [u32]) {
 /// noted in `writes`.
 fn trace<const ANY: bool>(
     bvh: &Bvh,
-    rays: Rays<'_>,
+    rays: BatchRays<'_>,
     writes: Ahead<5>,
     mut done: impl FnMut(usize, &Group<Native>, usize),
 ) {
     let mut tile = Tile::<Native>::new(bvh);
-    (tile.reads, tile.writes) = (Ahead::new(rays.arrays()), writes);
+    tile.writes = writes;
+    if let BatchRays::Arrays(rays) = rays {
+        tile.reads = Ahead::new(rays.arrays());
+    }
     let mut stream = Stream::new();
     let (mut aim, mut pace) = (Aim::new(), Pace::new());
     for start in (0..rays.len()).step_by(TILE_RAYS) {
         let end = (start + TILE_RAYS).min(rays.len());
-        tile.load(rays.range(start, end));
-        tile.reads.turn_to(end..end + TILE_RAYS);
+        match rays {
+            BatchRays::Arrays(rays) => {
+                tile.load(rays.range(start, end));
+                tile.reads.turn_to(end..end + TILE_RAYS);
+            }
+            BatchRays::Rows(rays) => {
+                load_rows(&mut tile, &rays, start, end);
+                tile.reads = Ahead::new(rays.pieces(end, end + TILE_RAYS));
+                tile.reads.turn_to(0..3 * TILE_RAYS);
+            }
+        }
         tile.writes.turn_to(start..end);
         tile.trace::<ANY>(bvh, &mut aim, &mut pace);
         stream.trace::<ANY, _>(bvh, &mut tile.groups, &tile.rest);
         for (group, start) in tile.groups.iter().zip((start..end).step_by(Native::LANES)) {
             done(start, group, (end - start).min(Native::LANES));
         }
+    }
+}
+
+/// Takes the rays from `start` up to `end`, at most a tile of them.
+fn load_rows(tile: &mut Tile<Native>, rays: &RayRows<'_>, start: usize, end: usize) {
+    for (group, first) in (start..end).step_by(Native::LANES).enumerate() {
+        let count = (end - first).min(Native::LANES);
+        let [x, y, z, dx, dy, dz, t_min, t_max] = rays.lanes::<Native>(first, count);
+        let active = Native::mask((1_u32 << count) - 1);
+        let ray = ScaledRay::new([x, y, z], [dx, dy, dz], t_min, t_max, active);
+        tile.load_group(group, &ray);
     }
 }
 

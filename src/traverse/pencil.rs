@@ -8,7 +8,8 @@
 use glam::{Vec2, Vec3};
 
 use super::strewn::{LARGEST_SHARE, LOOKS, bounds, run};
-use crate::ray::{RayBatch, Rays};
+use crate::ray::RayBatch;
+use crate::rows::{BLOCK, BatchRays};
 
 /// Fewer rays are left as they come. Camera rays and shadow rays of bunny, atrium and terrain, shuffled,
 /// over unsorted ones: 2^16 rays 1.11, 0.91, 0.95 and 1.28, 1.34, 1.23; 2^18 1.38, 1.23, 1.39 and 1.51, 1.51,
@@ -41,7 +42,7 @@ pub(super) struct Pencil {
 impl Pencil {
     /// The pencil of rays that come in no order in a scene of that size; `None` if they have an order, are
     /// few, or have no such point.
-    pub(super) fn of(rays: &Rays<'_>, size: f32) -> Option<Self> {
+    pub(super) fn of(rays: &BatchRays<'_>, size: f32) -> Option<Self> {
         if rays.len() < FEWEST || u32::try_from(rays.len()).is_err() {
             return None;
         }
@@ -70,7 +71,7 @@ impl Pencil {
         pencil.order = [(main + 1) % 3, (main + 2) % 3, main];
         pencil.mirrored = sum[main] < 0.0;
 
-        let place = |index: usize| Vec3::from((pencil.place(rays, index), 0.0));
+        let place = |index: usize| Vec3::from((pencil.place(pencil.direction(rays, index)), 0.0));
         let (low, high) = bounds(looks().map(place));
         let whole = spread((low, high));
         let shares = (0..LOOKS).map(|look| spread(bounds(run(look, rays.len()).map(place))));
@@ -81,33 +82,36 @@ impl Pencil {
     }
 
     /// Some of the rays, run by run: enough to tell how all of them are.
-    pub(super) fn sample(rays: &Rays<'_>) -> RayBatch {
+    pub(super) fn sample(rays: &BatchRays<'_>) -> RayBatch {
         looks(rays.len()).map(|index| rays.get(index)).collect()
     }
 
     /// Gives each ray its key, [`KEY_BITS`] bits. A ray without a direction has any key.
-    pub(super) fn keys(&self, rays: &Rays<'_>, keys: &mut [u32]) {
-        for (index, key) in keys.iter_mut().enumerate() {
-            let cell = (self.place(rays, index) - self.low) * self.scale;
-            *key = spread_bits(whole_number(cell.x)) | spread_bits(whole_number(cell.y)) << 1;
+    pub(super) fn keys(&self, rays: &BatchRays<'_>, keys: &mut [u32]) {
+        // Without an end, directions are from no other point.
+        let from = self.end.unwrap_or(Vec3::ZERO);
+        for (block, keys) in keys.chunks_mut(BLOCK).enumerate() {
+            let [x, y, z] = rays.block(self.end.is_some(), block * BLOCK, keys.len());
+            let mut all = [0; BLOCK];
+            // As many as there are lanes, for the compiler to take registers.
+            for (lane, key) in all.iter_mut().enumerate() {
+                let dir = Vec3::new(x[lane] - from.x, y[lane] - from.y, z[lane] - from.z);
+                let cell = (self.place(dir) - self.low) * self.scale;
+                *key = spread_bits(whole_number(cell.x)) | spread_bits(whole_number(cell.y)) << 1;
+            }
+            keys.copy_from_slice(&all[..keys.len()]);
         }
     }
 
     /// Where a ray leaves the point.
-    #[inline(always)]
-    fn direction(&self, rays: &Rays<'_>, index: usize) -> Vec3 {
-        match self.end {
-            None => Vec3::new(rays.dir_x[index], rays.dir_y[index], rays.dir_z[index]),
-            Some(end) => {
-                Vec3::new(rays.origin_x[index], rays.origin_y[index], rays.origin_z[index]) - end
-            }
-        }
+    fn direction(&self, rays: &BatchRays<'_>, index: usize) -> Vec3 {
+        let ray = rays.get(index);
+        self.end.map_or(ray.dir, |end| ray.origin - end)
     }
 
     /// The same on the octahedron, from -1 to 1.
     #[inline(always)]
-    fn place(&self, rays: &Rays<'_>, index: usize) -> Vec2 {
-        let dir = self.direction(rays, index);
+    fn place(&self, dir: Vec3) -> Vec2 {
         let [x, y, z] = self.order.map(|axis| dir[axis]);
         let z = if self.mirrored { -z } else { z };
         let inverse = 1.0 / (x.abs() + y.abs() + z.abs());
@@ -162,7 +166,7 @@ mod tests {
         let camera = |at: Vec3| ray(start, -at, far);
         let shadow = |at: Vec3| ray(at, (start - at) * 2.0, 0.5);
         let parallel = |at: Vec3| ray(at, Vec3::Z, far);
-        let is_found = |rays: RayBatch| Pencil::of(&rays.as_rays(), 1.0).is_some();
+        let is_found = |rays: RayBatch| Pencil::of(&rays.as_rays().into(), 1.0).is_some();
         for (name, step, found) in [("rows", 1, false), ("strewn", 40_503, true)] {
             assert_eq!(is_found(rays(step, camera)), found, "camera, {name}");
             assert_eq!(is_found(rays(step, shadow)), found, "shadow, {name}");
@@ -183,9 +187,9 @@ mod tests {
             let dir = |at: Vec3| right * at.x + up * at.y + middle;
             let camera = |at: Vec3| Ray::new(Vec3::ZERO, dir(at));
             let rays = rays(40_503, camera);
-            let pencil = Pencil::of(&rays.as_rays(), 1.0).expect("a pencil");
+            let pencil = Pencil::of(&rays.as_rays().into(), 1.0).expect("a pencil");
             let mut keys = vec![0; FEWEST];
-            pencil.keys(&rays.as_rays(), &mut keys);
+            pencil.keys(&rays.as_rays().into(), &mut keys);
             let mut order: Vec<usize> = (0..FEWEST).collect();
             order.sort_by_key(|&index| keys[index]);
             let dir = |index: usize| rays.as_rays().get(order[index]).dir;

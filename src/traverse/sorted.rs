@@ -17,6 +17,7 @@ use super::pencil::{KEY_BITS, Pencil};
 use crate::bvh::Bvh;
 use crate::pages::Pages;
 use crate::ray::{RayBatch, Rays};
+use crate::rows::BatchRays;
 
 /// Rays are sorted if tiles leave at least this share of them alone. In views from near, from far, from
 /// inside and at a grazing angle of four scenes it was 0.03 to 0.09 where the sort lost (most rays met
@@ -64,7 +65,7 @@ pub(crate) struct Sorted {
 
 impl Sorted {
     /// Sorts the rays, on the rayon pool if `parallel`. `None` if that is not worth it.
-    pub(crate) fn new(rays: &Rays<'_>, bvh: &Bvh, parallel: bool) -> Option<Self> {
+    pub(crate) fn new(rays: &BatchRays<'_>, bvh: &Bvh, parallel: bool) -> Option<Self> {
         let size = (bvh.bounds.max - bvh.bounds.min).max_element();
         let pencil = Pencil::of(rays, size)?;
         if share_alone(bvh, Pencil::sample(rays).as_rays()) < LEAST_ALONE {
@@ -73,7 +74,7 @@ impl Sorted {
         Some(Self::by_keys(rays, &pencil, parallel))
     }
 
-    fn by_keys(rays: &Rays<'_>, pencil: &Pencil, parallel: bool) -> Self {
+    fn by_keys(rays: &BatchRays<'_>, pencil: &Pencil, parallel: bool) -> Self {
         let count = rays.len();
         let bucket_bits = (count / BUCKET).max(2).ilog2().min(MOST_BUCKET_BITS);
         let shift = KEY_BITS - bucket_bits;
@@ -193,7 +194,13 @@ fn each_part<T: Send>(
 impl Part {
     /// Puts rays into buckets, so many in each; keys become places among all rays, where each bucket's
     /// first one goes to `in_all`.
-    fn new(rays: &Rays<'_>, keys: &mut [u32], shift: u32, counts: &[u32], in_all: &[u32]) -> Self {
+    fn new(
+        rays: &BatchRays<'_>,
+        keys: &mut [u32],
+        shift: u32,
+        counts: &[u32],
+        in_all: &[u32],
+    ) -> Self {
         let mut starts = Vec::with_capacity(counts.len() + 1);
         let mut next = 0;
         for count in counts {
@@ -206,22 +213,14 @@ impl Part {
         let (rows, cells): (&mut [Row], &mut [u16]) = (&mut all_rows, &mut all_cells);
         let mut ends: Vec<(u32, u32)> =
             starts.iter().zip(in_all).map(|(&here, &there)| (here, there)).collect();
-        for (index, key) in keys.iter_mut().enumerate() {
+        rays.for_each(|index, row| {
+            let key = &mut keys[index];
             let (here, there) = &mut ends[(*key >> shift) as usize];
-            rows[*here as usize] = [
-                rays.origin_x[index],
-                rays.origin_y[index],
-                rays.origin_z[index],
-                rays.dir_x[index],
-                rays.dir_y[index],
-                rays.dir_z[index],
-                rays.t_min[index],
-                rays.t_max[index],
-            ];
+            rows[*here as usize] = row;
             cells[*here as usize] = (*key >> (shift - CELL_BITS)) as u16 % CELLS as u16;
             *key = *there;
             (*here, *there) = (*here + 1, *there + 1);
-        }
+        });
         Self { rows: all_rows, cells: all_cells, starts }
     }
 
@@ -308,8 +307,9 @@ mod tests {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(2).build().expect("a pool");
         for parallel in [false, true] {
             let steps = std::sync::Mutex::new(0.0);
-            let pencil = Pencil::of(&rays.as_rays(), 1.0).expect("these are in no order");
-            let sorted = pool.install(|| Sorted::by_keys(&rays.as_rays(), &pencil, parallel));
+            let pencil = Pencil::of(&rays.as_rays().into(), 1.0).expect("these are in no order");
+            let sorted =
+                pool.install(|| Sorted::by_keys(&rays.as_rays().into(), &pencil, parallel));
             assert_eq!(sorted.parts.len() > 1, parallel);
             let found = sorted.trace(|rays, places, found: &mut [u32]| {
                 assert_eq!(rays.len(), places.len());
