@@ -58,7 +58,7 @@
 //! A module uses only those above it in this list; `ARCHITECTURE.md` says more, and a test holds
 //! the imports to it.
 //!
-//! [`error`], [`instruction_sets`], [`simd`], [`pages`], [`prefetch`], [`ray`], [`rows`], [`hit`], [`points`], [`geometry`], [`kernels`], [`bvh`],
+//! [`error`], [`instruction_sets`], [`simd`], [`pages`], [`prefetch`], [`ray`], [`rows`], [`batch_rays`], [`hit`], [`points`], [`geometry`], [`kernels`], [`bvh`],
 //! [`traverse`], [`scene`], [`shading`], [`render`], [`workload`].
 //!
 //! # Builds
@@ -72,6 +72,7 @@
 //!
 //! - `stats`: counts what traversals visit, see [`traverse::visits`]. Off by default: it costs speed.
 
+pub mod batch_rays;
 pub mod bvh;
 pub mod error;
 pub mod geometry;
@@ -90,6 +91,7 @@ pub mod simd;
 pub mod traverse;
 pub mod workload;
 
+pub use batch_rays::BatchRays;
 pub use bvh::BuildQuality;
 pub use error::{BuildError, ShapeError};
 pub use geometry::{Aabb, Mesh, Quads, Spheres};
@@ -98,7 +100,7 @@ pub use hit::{Hit, HitBatch, HitPacket, Hits, NO_HIT};
 pub use instruction_sets::InstructionSets;
 pub use points::{LightSamples, Points, SHADOW_T_MAX, SampleArrays};
 pub use ray::{PACKET_LANES, Ray, RayBatch, RayPacket, Rays};
-pub use rows::{BatchRays, Ends, RayRows, Rows};
+pub use rows::{Ends, RayRows, Rows};
 pub use scene::{
     Camera, Light, LightShape, LoadError, Loaded, Material, Scene, SceneBuilder, Settings, Shading,
     load,

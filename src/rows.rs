@@ -1,12 +1,11 @@
-//! Rays in rows: three numbers side by side for each, as arrays of other programs have them; and what a
-//! batch query reads, which is either these or [`Rays`].
+//! Rays in rows: three numbers side by side for each, as arrays of other programs have them.
 //!
 //! Rows are turned while they are traced, a register of rays at a time: a batch is read once, and nothing
 //! of it is written before its hits are.
 
 use crate::error::ShapeError;
-use crate::ray::{Ray, Rays};
-use crate::simd::{Lanes, each};
+use crate::ray::Ray;
+use crate::simd::Lanes;
 
 /// The most lanes of a register of rays.
 pub(crate) const BLOCK: usize = 16;
@@ -36,11 +35,11 @@ pub enum Ends<'a> {
 /// Rays in rows that somebody else owns.
 #[derive(Clone, Copy, Debug)]
 pub struct RayRows<'a> {
-    len: usize,
-    origins: Rows<'a>,
-    dirs: Rows<'a>,
-    t_min: Ends<'a>,
-    t_max: Ends<'a>,
+    pub(crate) len: usize,
+    pub(crate) origins: Rows<'a>,
+    pub(crate) dirs: Rows<'a>,
+    pub(crate) t_min: Ends<'a>,
+    pub(crate) t_max: Ends<'a>,
 }
 
 impl<'a> RayRows<'a> {
@@ -67,7 +66,7 @@ impl<'a> RayRows<'a> {
         Ok(Self { len, origins, dirs, t_min, t_max })
     }
 
-    /// The eight fields of up to a register of rays from `start` on, in the order of [`Rays`]; the lanes
+    /// The eight fields of up to a register of rays from `start` on, in the order of [`crate::Rays`]; the lanes
     /// after them hold zeros or what all rays share.
     #[inline(always)]
     pub(crate) fn lanes<F: Lanes>(&self, start: usize, count: usize) -> [F; 8] {
@@ -75,6 +74,27 @@ impl<'a> RayRows<'a> {
         let [dx, dy, dz] = self.dirs.lanes(start, count);
         let (t_min, t_max) = (self.t_min.lanes(start, count), self.t_max.lanes(start, count));
         [x, y, z, dx, dy, dz, t_min, t_max]
+    }
+
+    /// Ray `index`. Panics if there is none.
+    pub(crate) fn get(&self, index: usize) -> Ray {
+        Ray {
+            origin: self.origins.get(index).into(),
+            dir: self.dirs.get(index).into(),
+            t_min: self.t_min.get(index),
+            t_max: self.t_max.get(index),
+        }
+    }
+
+    /// The rays from `start` up to `end`. Panics if they are out of range.
+    pub(crate) fn range(&self, start: usize, end: usize) -> Self {
+        Self {
+            len: end - start,
+            origins: self.origins.range(start, end),
+            dirs: self.dirs.range(start, end),
+            t_min: self.t_min.range(start, end),
+            t_max: self.t_max.range(start, end),
+        }
     }
 
     /// The memory of some rays in eight pieces of nearly one length.
@@ -108,7 +128,7 @@ impl<'a> Rows<'a> {
     }
 
     #[inline(always)]
-    fn get(&self, index: usize) -> [f32; 3] {
+    pub(crate) fn get(&self, index: usize) -> [f32; 3] {
         match self {
             Self::Same(row) => *row,
             Self::F32(rows) => rows[index],
@@ -116,7 +136,7 @@ impl<'a> Rows<'a> {
         }
     }
 
-    fn range(&self, start: usize, end: usize) -> Self {
+    pub(crate) fn range(&self, start: usize, end: usize) -> Self {
         match self {
             Self::Same(row) => Self::Same(*row),
             Self::F32(rows) => Self::F32(&rows[start..end]),
@@ -133,7 +153,7 @@ impl<'a> Rows<'a> {
     }
 
     #[inline(always)]
-    fn lanes<F: Lanes>(&self, start: usize, count: usize) -> [F; 3] {
+    pub(crate) fn lanes<F: Lanes>(&self, start: usize, count: usize) -> [F; 3] {
         match self {
             Self::Same(row) => row.map(F::splat),
             Self::F32(rows) if count == F::LANES => F::load_rows(&rows[start..start + F::LANES]),
@@ -158,7 +178,7 @@ impl Ends<'_> {
     }
 
     #[inline(always)]
-    fn get(&self, index: usize) -> f32 {
+    pub(crate) fn get(&self, index: usize) -> f32 {
         match self {
             Self::Same(end) => *end,
             Self::F32(ends) => ends[index],
@@ -166,7 +186,7 @@ impl Ends<'_> {
         }
     }
 
-    fn range(&self, start: usize, end: usize) -> Self {
+    pub(crate) fn range(&self, start: usize, end: usize) -> Self {
         match self {
             Self::Same(same) => Self::Same(*same),
             Self::F32(ends) => Self::F32(&ends[start..end]),
@@ -175,7 +195,7 @@ impl Ends<'_> {
     }
 
     #[inline(always)]
-    fn lanes<F: Lanes>(&self, start: usize, count: usize) -> F {
+    pub(crate) fn lanes<F: Lanes>(&self, start: usize, count: usize) -> F {
         match self {
             Self::Same(end) => F::splat(*end),
             Self::F32(ends) if count == F::LANES => F::load(&ends[start..]),
@@ -185,114 +205,6 @@ impl Ends<'_> {
                     *end = self.get(start + lane);
                 }
                 F::load(&some)
-            }
-        }
-    }
-}
-
-/// The rays of a batch query.
-#[derive(Clone, Copy, Debug)]
-pub enum BatchRays<'a> {
-    /// Field by field.
-    Arrays(Rays<'a>),
-    /// Ray by ray.
-    Rows(RayRows<'a>),
-}
-
-impl<'a> From<Rays<'a>> for BatchRays<'a> {
-    fn from(rays: Rays<'a>) -> Self {
-        Self::Arrays(rays)
-    }
-}
-
-impl<'a> From<RayRows<'a>> for BatchRays<'a> {
-    fn from(rays: RayRows<'a>) -> Self {
-        Self::Rows(rays)
-    }
-}
-
-impl BatchRays<'_> {
-    /// How many rays there are.
-    pub fn len(&self) -> usize {
-        match self {
-            Self::Arrays(rays) => rays.len(),
-            Self::Rows(rays) => rays.len,
-        }
-    }
-
-    /// True if there are none.
-    pub fn is_empty(&self) -> bool {
-        self.len() == 0
-    }
-
-    /// Ray `index`. Panics if there is none.
-    pub fn get(&self, index: usize) -> Ray {
-        match self {
-            Self::Arrays(rays) => rays.get(index),
-            Self::Rows(rays) => Ray {
-                origin: rays.origins.get(index).into(),
-                dir: rays.dirs.get(index).into(),
-                t_min: rays.t_min.get(index),
-                t_max: rays.t_max.get(index),
-            },
-        }
-    }
-
-    /// The rays from `start` up to `end`. Panics if they are out of range.
-    pub fn range(&self, start: usize, end: usize) -> Self {
-        match self {
-            Self::Arrays(rays) => Self::Arrays(rays.range(start, end)),
-            Self::Rows(rays) => Self::Rows(RayRows {
-                len: end - start,
-                origins: rays.origins.range(start, end),
-                dirs: rays.dirs.range(start, end),
-                t_min: rays.t_min.range(start, end),
-                t_max: rays.t_max.range(start, end),
-            }),
-        }
-    }
-
-    /// The origins, or else the directions, of up to [`BLOCK`] rays from `start` on, axis by axis.
-    #[inline(always)]
-    pub(crate) fn block(&self, origins: bool, start: usize, count: usize) -> [[f32; BLOCK]; 3] {
-        let mut block = [[0.0; BLOCK]; 3];
-        match self {
-            Self::Arrays(rays) => {
-                let fields = rays.arrays();
-                let fields = if origins { &fields[..3] } else { &fields[3..6] };
-                for (to, from) in block.iter_mut().zip(fields) {
-                    to[..count].copy_from_slice(&from[start..start + count]);
-                }
-            }
-            Self::Rows(rays) => {
-                let rows = if origins { &rays.origins } else { &rays.dirs };
-                for (lane, index) in (start..start + count).enumerate() {
-                    let row = rows.get(index);
-                    for (to, value) in block.iter_mut().zip(row) {
-                        to[lane] = value;
-                    }
-                }
-            }
-        }
-        block
-    }
-
-    /// Gives each ray by its number and its eight fields in the order of [`Rays`].
-    #[inline(always)]
-    pub(crate) fn for_each(&self, mut give: impl FnMut(usize, [f32; 8])) {
-        match self {
-            Self::Arrays(rays) => {
-                let fields = rays.arrays();
-                for index in 0..rays.len() {
-                    give(index, each(|field| fields[field][index]));
-                }
-            }
-            Self::Rows(rays) => {
-                for index in 0..rays.len {
-                    let ([x, y, z], [dx, dy, dz]) = (rays.origins.get(index), rays.dirs.get(index));
-                    let (t_min, t_max) = (rays.t_min.get(index), rays.t_max.get(index));
-                    give(index, [x, y, z, dx, dy, dz, t_min, t_max]);
-                }
             }
         }
     }

@@ -5,10 +5,10 @@ use std::sync::atomic::{AtomicBool, Ordering};
 
 use rayon::prelude::*;
 
+use crate::batch_rays::BatchRays;
 use crate::error::ShapeError;
 use crate::hit::{HitBatch, Hits};
 use crate::pages::Pages;
-use crate::rows::BatchRays;
 use crate::scene::Scene;
 use crate::traverse::batch;
 use crate::traverse::sorted::Sorted;
@@ -142,7 +142,7 @@ impl Scene {
                 return;
             }
             let mut hits = HitBatch::new(rays.len());
-            batch::intersect(&self.bvh, rays.into(), &mut hits.as_hits(), |ids| [*ids; 2]);
+            batch::intersect(&self.bvh, rays, &mut hits.as_hits(), |ids| [*ids; 2]);
             for (index, &place) in places.iter().enumerate() {
                 let [t, u, v] = [hits.t[index], hits.u[index], hits.v[index]].map(f32::to_bits);
                 found[place as usize] = [t, u, v, hits.prim_id[index]];

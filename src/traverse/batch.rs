@@ -6,12 +6,13 @@ use super::pace::Pace;
 use super::stream::Stream;
 use super::tile::Tile;
 use super::{Closest, alone, ones, packet};
+use crate::batch_rays::BatchRays;
 use crate::bvh::Bvh;
 use crate::hit::{Hits, NO_HIT};
 use crate::kernels::ScaledRay;
 use crate::prefetch::Ahead;
 use crate::ray::{Ray, RayPacket, Rays};
-use crate::rows::{BatchRays, RayRows};
+use crate::rows::RayRows;
 use crate::simd::{F32x8, Lanes, Native};
 
 /// The rays that one step of a batch takes: also the unit in which threads share a batch.

@@ -1,7 +1,7 @@
 //! Traversals: rays against the tree.
 //!
 //! - `batch`: rays of any number, tile by tile
-//! - `pencil`, `sorted`: rays that come in no order though they share a start or an end
+//! - `pencil`, `sorted`, `run`: rays that come in no order though they share a start or an end
 //! - `strewn`: how it is told that they come in no order
 //! - `tile`: up to sixteen groups of rays, in one descent as long as many of them go the same way
 //! - `starts`: where the rays of a tile start, which boxes there come first for any hit
@@ -32,6 +32,7 @@ mod pencil;
 mod planes;
 pub mod reference;
 mod rest;
+mod run;
 pub(crate) mod shadow;
 mod single;
 pub(crate) mod sorted;

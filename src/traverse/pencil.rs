@@ -8,8 +8,9 @@
 use glam::{Vec2, Vec3};
 
 use super::strewn::{LARGEST_SHARE, LOOKS, bounds, run};
+use crate::batch_rays::BatchRays;
 use crate::ray::RayBatch;
-use crate::rows::{BLOCK, BatchRays};
+use crate::rows::BLOCK;
 
 /// Fewer rays are left as they come. Camera rays and shadow rays of bunny, atrium and terrain, shuffled,
 /// over unsorted ones: 2^16 rays 1.11, 0.91, 0.95 and 1.28, 1.34, 1.23; 2^18 1.38, 1.23, 1.39 and 1.51, 1.51,
@@ -90,14 +91,17 @@ impl Pencil {
     pub(super) fn keys(&self, rays: &BatchRays<'_>, keys: &mut [u32]) {
         // Without an end, directions are from no other point.
         let from = self.end.unwrap_or(Vec3::ZERO);
-        for (block, keys) in keys.chunks_mut(BLOCK).enumerate() {
-            let [x, y, z] = rays.block(self.end.is_some(), block * BLOCK, keys.len());
+        let from = self.order.map(|axis| from[axis]);
+        for (number, keys) in keys.chunks_mut(BLOCK).enumerate() {
+            let block = rays.block(self.end.is_some(), number * BLOCK, keys.len());
+            let [x, y, z] = self.order.map(|axis| &block[axis]);
             let mut all = [0; BLOCK];
-            // As many as there are lanes, for the compiler to take registers.
-            for (lane, key) in all.iter_mut().enumerate() {
-                let dir = Vec3::new(x[lane] - from.x, y[lane] - from.y, z[lane] - from.z);
-                let cell = (self.place(dir) - self.low) * self.scale;
-                *key = spread_bits(whole_number(cell.x)) | spread_bits(whole_number(cell.y)) << 1;
+            // Always as many as there are lanes, and without branches: the compiler takes registers.
+            for lane in 0..BLOCK {
+                let dir = [x[lane] - from[0], y[lane] - from[1], z[lane] - from[2]];
+                let [u, v] = self.unfold(dir);
+                let (u, v) = ((u - self.low.x) * self.scale, (v - self.low.y) * self.scale);
+                all[lane] = spread_bits(whole_number(u)) | spread_bits(whole_number(v)) << 1;
             }
             keys.copy_from_slice(&all[..keys.len()]);
         }
@@ -110,14 +114,19 @@ impl Pencil {
     }
 
     /// The same on the octahedron, from -1 to 1.
-    #[inline(always)]
     fn place(&self, dir: Vec3) -> Vec2 {
-        let [x, y, z] = self.order.map(|axis| dir[axis]);
+        self.unfold(self.order.map(|axis| dir[axis])).into()
+    }
+
+    /// Likewise, in the octahedron's order of axes.
+    #[inline(always)]
+    fn unfold(&self, [x, y, z]: [f32; 3]) -> [f32; 2] {
         let z = if self.mirrored { -z } else { z };
         let inverse = 1.0 / (x.abs() + y.abs() + z.abs());
         let (u, v) = (x * inverse, y * inverse);
         let beyond = |of: f32, other: f32| (1.0 - other.abs()).copysign(of);
-        if z < 0.0 { Vec2::new(beyond(u, v), beyond(v, u)) } else { Vec2::new(u, v) }
+        let folded = [beyond(u, v), beyond(v, u)];
+        [if z < 0.0 { folded[0] } else { u }, if z < 0.0 { folded[1] } else { v }]
     }
 }
 

@@ -1,8 +1,9 @@
 //! Rays in no order, put in one: those that leave a common point alike become neighbours.
 //!
 //! Each ray moves twice, each time over short ways, and so does what it found:
-//! 1. Rows of eight numbers go to buckets, by the upper bits of their keys (see `pencil`).
-//! 2. A bucket fits into the cache. Its rays go to arrays, by the lower bits, and are traced there.
+//! 1. Rows of eight numbers, or of three if rays differ in their directions alone, go to buckets, by the
+//!    upper bits of their keys (see `pencil`).
+//! 2. A bucket fits into the cache. Its rays go to a `run`, by the lower bits, and are traced there.
 //! 3. What a ray found goes to the place that it has in the buckets, and from there to its caller's.
 //!
 //! With threads, each has buckets for a part of the rays; a bucket is then read part by part. So nobody
@@ -14,10 +15,10 @@ use bytemuck::Pod;
 
 use super::batch::share_alone;
 use super::pencil::{KEY_BITS, Pencil};
+use super::run::{CELL_BITS, CELLS, Run};
+use crate::batch_rays::{BatchRays, Start};
 use crate::bvh::Bvh;
 use crate::pages::Pages;
-use crate::ray::{RayBatch, Rays};
-use crate::rows::BatchRays;
 
 /// Rays are sorted if tiles leave at least this share of them alone. In views from near, from far, from
 /// inside and at a grazing angle of four scenes it was 0.03 to 0.09 where the sort lost (most rays met
@@ -31,23 +32,21 @@ const BUCKET: usize = 512;
 /// The most bits that choose a bucket: each is a place in memory that is written to.
 const MOST_BUCKET_BITS: u32 = 11;
 
-/// The bits that order the rays of a bucket.
-const CELL_BITS: u32 = 9;
-const CELLS: usize = 1 << CELL_BITS;
-
 /// How many rays are traced at once, or a bucket more.
 const RUN: usize = 1 << 13;
 
 /// How many rays a thread should have at least.
 const LEAST_SHARE: usize = 1 << 16;
 
-/// The fields of a ray, in the order of [`Rays`].
-type Row = [f32; WIDTH];
-const WIDTH: usize = 8;
+/// How many numbers a row has: all fields of a ray in the order of [`crate::Rays`], or its direction if
+/// that is all in which rays differ.
+const ALL: usize = 8;
+const DIRS: usize = 3;
 
 /// Some of the rays, bucket by bucket.
 struct Part {
-    rows: Pages<Row>,
+    rows: Pages<f32>,
+    width: usize,
     /// What orders each ray in its bucket.
     cells: Pages<u16>,
     /// Where each bucket starts, and where the last one ends.
@@ -56,6 +55,8 @@ struct Part {
 
 /// Rays in another order than the caller's.
 pub(crate) struct Sorted {
+    /// What all rays have in common but for their directions.
+    shared: Option<Start>,
     parts: Vec<Part>,
     /// Where each bucket of all parts starts, and where the last one ends.
     starts: Vec<u32>,
@@ -87,12 +88,16 @@ impl Sorted {
 
         // First the keys and how many rays each bucket gets.
         let mut places = Pages::new(count);
-        let counts = each_part(&mut places, share, |start, keys| {
-            pencil.keys(&rays.range(start, start + keys.len()), keys);
+        let first = rays.start(0);
+        let surveys = each_part(&mut places, share, |start, keys| {
+            let rays = rays.range(start, start + keys.len());
+            pencil.keys(&rays, keys);
             let mut counts = vec![0; buckets];
             keys.iter().for_each(|&key| counts[(key >> shift) as usize] += 1);
-            counts
+            (counts, rays.all_have(&first))
         });
+        let shared = surveys.iter().all(|(_, alike)| *alike).then_some(first);
+        let counts: Vec<Vec<u32>> = surveys.into_iter().map(|(counts, _)| counts).collect();
 
         // Then where that is, in the part and in all.
         let mut starts = vec![0];
@@ -111,20 +116,21 @@ impl Sorted {
             let part = start / share;
             Part::new(
                 &rays.range(start, start + keys.len()),
+                shared.is_some(),
                 keys,
                 shift,
                 &counts[part],
                 &in_all[part],
             )
         });
-        Self { parts, starts, places }
+        Self { shared, parts, starts, places }
     }
 
     /// Traces the rays, on the rayon pool if there are parts, and gives what they found, in the order
     /// of the buckets. `trace` gets some rays and the places to which it is to write what each found.
     pub(crate) fn trace<T: Pod + Send>(
         &self,
-        trace: impl Fn(Rays<'_>, &[u32], &mut [T]) + Sync,
+        trace: impl Fn(BatchRays<'_>, &[u32], &mut [T]) + Sync,
     ) -> Pages<T> {
         let mut found = Pages::new(self.places.len());
         let mut shares = Vec::new();
@@ -152,14 +158,14 @@ impl Sorted {
         &self,
         buckets: std::ops::Range<usize>,
         found: &mut [T],
-        trace: &impl Fn(Rays<'_>, &[u32], &mut [T]),
+        trace: &impl Fn(BatchRays<'_>, &[u32], &mut [T]),
     ) {
         let base = self.starts[buckets.start];
-        let mut run = Run::default();
+        let mut run = Run::new(self.shared);
         for bucket in buckets.clone() {
             run.add(self.parts.iter().map(|part| part.bucket(bucket)), self.starts[bucket] - base);
             if run.places.len() >= RUN || bucket + 1 == buckets.end {
-                trace(run.rays.as_rays(), &run.places, found);
+                trace(run.rays(), &run.places, found);
                 run.clear();
             }
         }
@@ -196,6 +202,7 @@ impl Part {
     /// first one goes to `in_all`.
     fn new(
         rays: &BatchRays<'_>,
+        dirs_alone: bool,
         keys: &mut [u32],
         shift: u32,
         counts: &[u32],
@@ -208,82 +215,35 @@ impl Part {
             next += count;
         }
         starts.push(next);
-        let mut all_rows = Pages::new(keys.len());
-        let mut all_cells = Pages::new(keys.len());
-        let (rows, cells): (&mut [Row], &mut [u16]) = (&mut all_rows, &mut all_cells);
+        let width = if dirs_alone { DIRS } else { ALL };
+        let mut rows = Pages::new(width * keys.len());
+        let mut cells = Pages::new(keys.len());
         let mut ends: Vec<(u32, u32)> =
             starts.iter().zip(in_all).map(|(&here, &there)| (here, there)).collect();
-        rays.for_each(|index, row| {
-            let key = &mut keys[index];
-            let (here, there) = &mut ends[(*key >> shift) as usize];
-            rows[*here as usize] = row;
-            cells[*here as usize] = (*key >> (shift - CELL_BITS)) as u16 % CELLS as u16;
-            *key = *there;
-            (*here, *there) = (*here + 1, *there + 1);
-        });
-        Self { rows: all_rows, cells: all_cells, starts }
-    }
-
-    fn bucket(&self, bucket: usize) -> (&[Row], &[u16]) {
-        let range = self.starts[bucket] as usize..self.starts[bucket + 1] as usize;
-        (&self.rows[range.clone()], &self.cells[range])
-    }
-}
-
-/// Rays in order, and their places in the buckets.
-#[derive(Default)]
-struct Run {
-    rays: RayBatch,
-    places: Vec<u32>,
-}
-
-impl Run {
-    fn clear(&mut self) {
-        self.rays.clear();
-        self.places.clear();
-    }
-
-    /// Appends the rays of one bucket, which come part by part; the first one has place `place`.
-    fn add<'a>(
-        &mut self,
-        parts: impl Iterator<Item = (&'a [Row], &'a [u16])> + Clone,
-        mut place: u32,
-    ) {
-        let mut ends = [0_u32; CELLS];
-        for (_, cells) in parts.clone() {
-            cells.iter().for_each(|&cell| ends[cell as usize % CELLS] += 1);
-        }
-        let mut next = self.places.len() as u32;
-        for end in &mut ends {
-            (*end, next) = (next, next + *end);
-        }
-        let count = next as usize;
-        let rays = &mut self.rays;
-        let mut fields = [
-            &mut rays.origin_x,
-            &mut rays.origin_y,
-            &mut rays.origin_z,
-            &mut rays.dir_x,
-            &mut rays.dir_y,
-            &mut rays.dir_z,
-            &mut rays.t_min,
-            &mut rays.t_max,
-        ]
-        .map(|field| {
-            field.resize(count, 0.0);
-            field.as_mut_slice()
-        });
-        self.places.resize(count, 0);
-        for (rows, cells) in parts {
-            for (row, &cell) in rows.iter().zip(cells) {
-                let end = &mut ends[cell as usize % CELLS];
-                for (field, &value) in fields.iter_mut().zip(row) {
-                    field[*end as usize] = value;
-                }
-                self.places[*end as usize] = place;
-                (*end, place) = (*end + 1, place + 1);
+        {
+            let cells: &mut [u16] = &mut cells;
+            let mut place = |key: &mut u32| {
+                let (here, there) = &mut ends[(*key >> shift) as usize];
+                let at = *here as usize;
+                cells[at] = (*key >> (shift - CELL_BITS)) as u16 % CELLS as u16;
+                *key = *there;
+                (*here, *there) = (*here + 1, *there + 1);
+                at
+            };
+            if dirs_alone {
+                let rows = rows.as_chunks_mut::<DIRS>().0;
+                rays.for_each_dir(|index, dir| rows[place(&mut keys[index])] = dir);
+            } else {
+                let rows = rows.as_chunks_mut::<ALL>().0;
+                rays.for_each(|index, row| rows[place(&mut keys[index])] = row);
             }
         }
+        Self { rows, width, cells, starts }
+    }
+
+    fn bucket(&self, bucket: usize) -> (&[f32], &[u16]) {
+        let (start, end) = (self.starts[bucket] as usize, self.starts[bucket + 1] as usize);
+        (&self.rows[start * self.width..end * self.width], &self.cells[start..end])
     }
 }
 
@@ -292,18 +252,32 @@ mod tests {
     use glam::Vec3;
 
     use super::*;
-    use crate::ray::Ray;
+    use crate::ray::{Ray, RayBatch};
 
     /// Each ray is traced once, with neighbours, and gets its own answer back.
     #[test]
     fn rays_come_back_to_their_places() {
         let count = 2 * LEAST_SHARE + 77;
+        let number = |index: usize| index * 40_503 % count;
         let ray = |index: usize| {
-            let number = index * 40_503 % count;
+            let number = number(index);
             let at = Vec3::new((number % 400) as f32, (number / 400) as f32, 400.0);
-            Ray { origin: Vec3::ONE, dir: at, t_min: index as f32, t_max: f32::INFINITY }
+            Ray { origin: Vec3::ONE, dir: at, t_min: 0.5, t_max: f32::INFINITY }
         };
-        let rays: RayBatch = (0..count).map(ray).collect();
+        let mut index_of = vec![0; count];
+        (0..count).for_each(|index| index_of[number(index)] = index);
+        let mut rays: RayBatch = (0..count).map(ray).collect();
+        come_back(&rays, true, |ray| index_of[(ray.dir.x + 400.0 * ray.dir.y) as usize]);
+        // One ray apart from the others: all fields count.
+        rays.t_max[count - 1] = 7.0;
+        come_back(&rays, false, |ray| index_of[(ray.dir.x + 400.0 * ray.dir.y) as usize]);
+        (0..count).for_each(|index| rays.t_min[index] = index as f32);
+        come_back(&rays, false, |ray| ray.t_min as usize);
+    }
+
+    fn come_back(rays: &RayBatch, is_shared: bool, index_of: impl Fn(&Ray) -> usize + Sync) {
+        let count = rays.len();
+        let rays_of = |index| rays.as_rays().get(index);
         let pool = rayon::ThreadPoolBuilder::new().num_threads(2).build().expect("a pool");
         for parallel in [false, true] {
             let steps = std::sync::Mutex::new(0.0);
@@ -311,10 +285,13 @@ mod tests {
             let sorted =
                 pool.install(|| Sorted::by_keys(&rays.as_rays().into(), &pencil, parallel));
             assert_eq!(sorted.parts.len() > 1, parallel);
+            assert_eq!(sorted.shared.is_some(), is_shared);
             let found = sorted.trace(|rays, places, found: &mut [u32]| {
                 assert_eq!(rays.len(), places.len());
                 for (index, &place) in places.iter().enumerate() {
-                    found[place as usize] = 1 + rays.t_min[index] as u32;
+                    let ray = rays.get(index);
+                    assert_eq!(ray, rays_of(index_of(&ray)));
+                    found[place as usize] = 1 + index_of(&ray) as u32;
                 }
                 let dir = |index: usize| rays.get(index).dir;
                 let sum: f32 = (1..rays.len()).map(|i| dir(i).distance(dir(i - 1))).sum();
