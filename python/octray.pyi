@@ -235,6 +235,6 @@ class Scene:
         """How many triangles no ray can hit: ``degenerate`` and ``not_finite``."""
     @property
     def nbytes(self) -> int:
-        """The memory of the scene in bytes, the arrays in `geometries` included."""
+        """The memory of the scene in bytes, `geometries` and normals that are kept included."""
     def __len__(self) -> int:
         """How many primitives were given, dropped ones included."""

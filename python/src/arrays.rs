@@ -3,6 +3,8 @@
 //! C-contiguous arrays of float32 and float64 are read where they are; the tracer narrows the
 //! latter while it reads them. Everything else, from strided arrays to lists, goes through NumPy.
 
+use std::ops::Range;
+
 use numpy::{PyArrayDyn, PyArrayMethods, PyReadonlyArrayDyn, PyUntypedArrayMethods};
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
@@ -108,6 +110,26 @@ impl Values<'_> {
             Self::F32(values) => values[index],
             Self::F64(values) => values[index] as f32,
         }
+    }
+}
+
+/// Rows of three values, as three arrays.
+pub(crate) fn transpose(from: &Values<'_>, range: &Range<usize>, to: [&mut Vec<f32>; 3]) {
+    fn rows<T: Copy>(from: &[T], [x, y, z]: [&mut Vec<f32>; 3], narrow: impl Fn(T) -> f32) {
+        let rows = from.as_chunks::<3>().0;
+        let len = rows.len();
+        let (x, y, z) = (&mut x[..len], &mut y[..len], &mut z[..len]);
+        for index in 0..len {
+            let row = rows[index];
+            x[index] = narrow(row[0]);
+            y[index] = narrow(row[1]);
+            z[index] = narrow(row[2]);
+        }
+    }
+    let part = 3 * range.start..3 * range.end;
+    match from {
+        Values::F32(from) => rows(&from[part], to, |value| value),
+        Values::F64(from) => rows(&from[part], to, |value| value as f32),
     }
 }
 

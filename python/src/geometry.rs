@@ -216,6 +216,15 @@ impl Geometry {
         Ok(())
     }
 
+    /// How many primitives there are.
+    pub(crate) fn len(&self, py: Python<'_>) -> usize {
+        match self {
+            Self::Mesh(mesh) => mesh.get().__len__(py),
+            Self::Spheres(spheres) => spheres.get().__len__(py),
+            Self::Quads(quads) => quads.get().__len__(py),
+        }
+    }
+
     /// The memory of the arrays in bytes.
     pub(crate) fn bytes(&self, py: Python<'_>) -> usize {
         let floats = |array: &Py<PyArray2<f32>>| 4 * array.bind(py).len();

@@ -7,7 +7,7 @@ use pyo3::sync::PyOnceLock;
 use pyo3::types::PyTuple;
 
 use crate::scene::Scene;
-use crate::trace::{HitArrays, flat_normals};
+use crate::trace::HitArrays;
 
 /// The names of the arrays, in the order in which a pickle has them.
 const NAMES: [&str; 6] = ["t", "u", "v", "prim_id", "geom_id", "normal"];
@@ -89,7 +89,7 @@ impl Hits {
                 let prim_id = self.prim_id.bind(py).try_readonly()?;
                 let geom_id = self.geom_id.bind(py).try_readonly()?;
                 let (prim_id, geom_id) = (prim_id.as_slice()?, geom_id.as_slice()?);
-                flat_normals(py, scene.get().get(), prim_id, geom_id, *threads).map(Bound::unbind)
+                scene.get().flat_normals(py, (prim_id, geom_id), *threads).map(Bound::unbind)
             }
             None => Ok(PyArray2::zeros(py, [self.__len__(py), 3], false).unbind()),
         };

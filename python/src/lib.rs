@@ -2,7 +2,9 @@
 //!
 //! - `arrays`: reads what Python gives
 //! - `geometry`, `scene`, `hits`: the classes
-//! - `trace`: chunks of rays, from rows to the library's arrays and back
+//! - `trace`: batches of rays into the library's queries
+//! - `results`: arrays for what a query finds, whose memory is used again
+//! - `normals`: the normals of hits
 //! - `visibility`: how much of a light points see
 //! - `render`: pictures of scene files
 //! - `threads`: one pool, and Ctrl-C
@@ -10,7 +12,9 @@
 mod arrays;
 mod geometry;
 mod hits;
+mod normals;
 mod render;
+mod results;
 mod scene;
 mod threads;
 mod trace;

@@ -8,6 +8,7 @@ use pyo3::types::{PyDict, PyList};
 
 use crate::geometry::{Geometry, Mesh, Quads, Spheres};
 use crate::hits::Hits;
+use crate::normals::Normals;
 use crate::threads::{pool, thread_count};
 use crate::trace::Batch;
 use crate::visibility::Question;
@@ -21,12 +22,20 @@ use crate::visibility::Question;
 pub(crate) struct Scene {
     scene: octray::Scene,
     geometries: Vec<Geometry>,
+    /// How many primitives each has.
+    counts: Vec<usize>,
+    normals: Normals,
 }
 
 impl Scene {
-    /// The scene of the library.
-    pub(crate) fn get(&self) -> &octray::Scene {
-        &self.scene
+    /// The normals of hits in a scene without spheres, from their `prim_id` and `geom_id`.
+    pub(crate) fn flat_normals<'py>(
+        &self,
+        py: Python<'py>,
+        hits: (&[i32], &[i32]),
+        threads: usize,
+    ) -> PyResult<Bound<'py, PyArray2<f32>>> {
+        self.normals.of_hits(py, &self.scene, &self.counts, hits, threads)
     }
 
     fn build(py: Python<'_>, geometries: Vec<Geometry>, build: &str) -> PyResult<Self> {
@@ -40,7 +49,8 @@ impl Scene {
         let pool = pool(py)?;
         let scene = py.detach(|| pool.install(|| scene.build()));
         let scene = scene.map_err(|error| PyValueError::new_err(error.to_string()))?;
-        Ok(Self { scene, geometries })
+        let counts = geometries.iter().map(|geometry| geometry.len(py)).collect();
+        Ok(Self { scene, geometries, counts, normals: Normals::default() })
     }
 
     fn count(&self, kind: PrimKind) -> usize {
@@ -195,11 +205,11 @@ impl Scene {
         Ok(counts)
     }
 
-    /// The memory of the scene in bytes, the arrays in `geometries` included.
+    /// The memory of the scene in bytes, `geometries` and normals that are kept included.
     #[getter]
     fn nbytes(&self, py: Python<'_>) -> usize {
         let inputs = self.geometries.iter().map(|geometry| geometry.bytes(py));
-        self.scene.bytes() + inputs.sum::<usize>()
+        self.scene.bytes() + self.normals.bytes() + inputs.sum::<usize>()
     }
 
     fn __len__(&self) -> usize {

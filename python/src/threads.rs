@@ -3,7 +3,9 @@
 //! The calling thread always works too, and between two pieces of work it looks whether the user
 //! wants to stop: only the main thread of Python can tell.
 
+use std::ops::Range;
 use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::mpsc::{self, RecvTimeoutError};
 use std::sync::{Arc, Mutex, PoisonError};
 use std::time::{Duration, Instant};
 
@@ -14,30 +16,62 @@ use rayon::{ThreadPool, ThreadPoolBuilder};
 /// How long Ctrl-C may go unnoticed.
 pub(crate) const SIGNAL_INTERVAL: Duration = Duration::from_millis(50);
 
-/// The pool and the process that started its threads. It is locked only by a thread that holds the
-/// interpreter, and so does one that forks: a child never finds it locked.
-static POOL: Mutex<Option<(u32, Arc<ThreadPool>)>> = Mutex::new(None);
+/// The most items that a thread takes at a time. Three arrays made of them are 48 KB: they stay in the
+/// cache.
+const CHUNK: usize = 4096;
+
+/// The fewest items that are worth waking a thread for: whole tiles of the library.
+const SMALLEST_CHUNK: usize = 512;
+
+/// Pools, and the process that started their threads.
+struct Pools {
+    process: u32,
+    all: Arc<ThreadPool>,
+    /// The one of fewer threads that was asked for last.
+    fewer: Option<Arc<ThreadPool>>,
+}
+
+/// Locked only by a thread that holds the interpreter, and so does one that forks: a child never finds it
+/// locked.
+static POOLS: Mutex<Option<Pools>> = Mutex::new(None);
 
 /// The pool of this process, with a thread for each core, or as many as `RAYON_NUM_THREADS` says.
-pub(crate) fn pool(_py: Python<'_>) -> PyResult<Arc<ThreadPool>> {
-    let mut pool = POOL.lock().unwrap_or_else(PoisonError::into_inner);
+pub(crate) fn pool(py: Python<'_>) -> PyResult<Arc<ThreadPool>> {
+    pool_of(py, usize::MAX)
+}
+
+/// That pool, or one of fewer threads.
+fn pool_of(_py: Python<'_>, threads: usize) -> PyResult<Arc<ThreadPool>> {
+    let mut pools = POOLS.lock().unwrap_or_else(PoisonError::into_inner);
     let process = std::process::id();
-    match pool.take() {
-        Some((owner, threads)) if owner == process => {
-            *pool = Some((owner, threads.clone()));
-            return Ok(threads);
+    let own = pools.take().and_then(|pools| {
+        if pools.process == process {
+            return Some(pools);
         }
         // A fork takes no threads along; to drop their pool would wait for them.
-        Some(inherited) => std::mem::forget(inherited),
-        None => {}
+        std::mem::forget(pools);
+        None
+    });
+    let own = match own {
+        Some(own) => own,
+        None => Pools { process, all: start(0)?, fewer: None },
+    };
+    let own = pools.insert(own);
+    if threads >= own.all.current_num_threads() {
+        return Ok(own.all.clone());
     }
-    let threads =
-        ThreadPoolBuilder::new().thread_name(|index| format!("octray-{index}")).build().map_err(
-            |error| PyRuntimeError::new_err(format!("no threads could be started: {error}")),
-        )?;
-    let threads = Arc::new(threads);
-    *pool = Some((process, threads.clone()));
-    Ok(threads)
+    if let Some(fewer) = own.fewer.as_ref().filter(|pool| pool.current_num_threads() == threads) {
+        return Ok(fewer.clone());
+    }
+    Ok(own.fewer.insert(start(threads)?).clone())
+}
+
+/// Starts threads: as many as rayon chooses if `threads` is 0.
+fn start(threads: usize) -> PyResult<Arc<ThreadPool>> {
+    let name = |index| format!("octray-{index}");
+    let pool = ThreadPoolBuilder::new().num_threads(threads).thread_name(name).build();
+    pool.map(Arc::new)
+        .map_err(|error| PyRuntimeError::new_err(format!("no threads could be started: {error}")))
 }
 
 /// How many threads the argument `threads` asks for: 0 and -1 mean all, a number is a cap.
@@ -95,6 +129,58 @@ pub(crate) fn for_each<T, S>(
             run(watch)
         })
     })
+}
+
+/// Calls `work` with whether it is to use the pool that it is called in, and what it has to ask now and then
+/// whether to go on; on `threads` threads, without the interpreter. `work` says whether it came to its end.
+///
+/// # Errors
+/// As [`for_each`].
+pub(crate) fn run(
+    py: Python<'_>,
+    threads: usize,
+    work: impl FnOnce(bool, &(dyn Fn() -> bool + Sync)) -> bool + Send,
+) -> PyResult<()> {
+    if threads == 1 {
+        return py.detach(|| {
+            let watch = Mutex::new((Instant::now(), Ok(())));
+            work(false, &|| {
+                let mut watch = watch.lock().unwrap_or_else(PoisonError::into_inner);
+                if watch.0.elapsed() > SIGNAL_INTERVAL {
+                    *watch = (Instant::now(), check_signals());
+                }
+                watch.1.is_ok()
+            });
+            watch.into_inner().unwrap_or_else(PoisonError::into_inner).1
+        });
+    }
+    let pool = pool_of(py, threads)?;
+    py.detach(|| {
+        let stop = AtomicBool::new(false);
+        let (done, wait) = mpsc::channel();
+        pool.in_place_scope(|scope| {
+            scope.spawn(|_| {
+                work(true, &|| !stop.load(Ordering::Relaxed));
+                // Nobody waits any more if a signal has ended it.
+                let _ = done.send(());
+            });
+            // A sender that is dropped has panicked, which the scope passes on.
+            while let Err(RecvTimeoutError::Timeout) = wait.recv_timeout(SIGNAL_INTERVAL) {
+                check_signals().inspect_err(|_| stop.store(true, Ordering::Relaxed))?;
+            }
+            Ok(())
+        })
+    })
+}
+
+/// How many items of `len` a thread is to take at a time, so that all have something to do.
+pub(crate) fn chunk(len: usize, threads: usize) -> usize {
+    len.div_ceil(4 * threads).next_multiple_of(SMALLEST_CHUNK).clamp(SMALLEST_CHUNK, CHUNK)
+}
+
+/// The chunks of so many items.
+pub(crate) fn ranges(len: usize, chunk: usize) -> impl Iterator<Item = Range<usize>> + Send {
+    (0..len).step_by(chunk).map(move |start| start..(start + chunk).min(len))
 }
 
 /// Runs the handlers of signals that have arrived. For a thread without the interpreter.

@@ -1,25 +1,20 @@
-//! Batches of rays from rows of NumPy arrays: chunks that fit the cache, each turned into the SoA
-//! arrays that the library traces right before it is traced.
+//! Batches of rays: rows of NumPy arrays into the library's queries, and hits into arrays.
 //!
-//! So a large batch goes through memory once, and each thread turns its own part of it.
+//! The library reads the rows where they are and sees the whole batch: it turns rows while it traces them,
+//! and it may sort them.
 
-use std::ops::Range;
-
-use numpy::{Element, IntoPyArray, PyArray1, PyArray2, PyArrayMethods};
-use octray::{Hit, Hits, Ray, Rays};
+use numpy::{PyArray1, PyArray2, PyArrayMethods};
+use octray::{Hits, RayRows, Rows};
 use pyo3::prelude::*;
-use pyo3::sync::PyOnceLock;
 use pyo3::types::PyFloat;
 
 use crate::arrays::{Floats, Values};
-use crate::threads::for_each;
+use crate::normals::normals_on_rays;
+use crate::results::empty;
+use crate::threads::run;
 
-/// The most rays that a thread takes at a time. Their SoA arrays are 128 KB: they stay in the
-/// second-level cache between the transposition and the trace.
-const CHUNK: usize = 4096;
-
-/// The fewest rays that are worth waking a thread for: whole tiles of the library.
-const SMALLEST_CHUNK: usize = 512;
+/// So many rays are not worth waking a thread for.
+const FEW: usize = 512;
 
 /// The rays of a call, as Python gave them.
 pub(crate) struct Batch<'py> {
@@ -82,43 +77,27 @@ impl<'py> Batch<'py> {
             prim_id: empty(py, self.len)?,
             geom_id: empty(py, self.len)?,
         };
-        let mut normals = vec![[0.0; 3]; if with_normals { self.len } else { 0 }];
+        let rays = self.rays()?;
+        let mut normals = None;
         {
             let (mut t, mut u, mut v) =
                 (hits.t.readwrite(), hits.u.readwrite(), hits.v.readwrite());
             let (mut prim_id, mut geom_id) = (hits.prim_id.readwrite(), hits.geom_id.readwrite());
-            let chunk = self.chunk(threads);
-            // A miss is -1 in Python: the same bits as `NO_HIT`.
-            let mut rest = Some((
-                Hits::new(
-                    t.as_slice_mut()?,
-                    u.as_slice_mut()?,
-                    v.as_slice_mut()?,
-                    bytemuck::cast_slice_mut(prim_id.as_slice_mut()?),
-                    bytemuck::cast_slice_mut(geom_id.as_slice_mut()?),
-                )
-                .expect("the arrays were made with one length"),
-                &mut normals[..],
-            ));
-            let parts = self.ranges(chunk).map(|range| {
-                let (hits, normals) = rest.take().expect("ranges end where the rays end");
-                let (part, hits) = hits.split_at(range.len());
-                let (normal, normals) = normals.split_at_mut(range.len().min(normals.len()));
-                rest = Some((hits, normals));
-                (range, part, normal)
-            });
-            let source = self.source()?;
-            let start = || Scratch::new(&source, chunk);
-            for_each(py, threads, parts, start, |scratch, (range, mut part, normals)| {
-                let rays = scratch.load(&source, range);
-                let traced = scene.intersect_batch(rays, part.reborrow());
-                traced.expect("there are as many hits as rays");
-                for (index, normal) in normals.iter_mut().enumerate() {
-                    *normal = normal_at(scene, &rays.get(index), &part.get(index));
-                }
+            let (t, u, v) = (t.as_slice_mut()?, u.as_slice_mut()?, v.as_slice_mut()?);
+            let (prim_id, geom_id) = (prim_id.as_slice_mut()?, geom_id.as_slice_mut()?);
+            run(py, self.threads(threads), |parallel, go_on| {
+                // A miss is -1 in Python: the same bits as `NO_HIT`.
+                let ids = [&mut *prim_id, &mut *geom_id].map(bytemuck::cast_slice_mut);
+                let [prim_id, geom_id] = ids;
+                Hits::new(&mut *t, &mut *u, &mut *v, prim_id, geom_id)
+                    .and_then(|hits| scene.intersect_batch_while(rays, hits, parallel, go_on))
+                    .expect("the arrays were made with one length")
             })?;
+            if with_normals {
+                let hits = ([&*t, &*u, &*v], [&*prim_id, &*geom_id]);
+                normals = Some(normals_on_rays(py, scene, &rays.into(), hits, threads)?);
+            }
         }
-        let normals = with_normals.then(|| rows(py, normals)).transpose()?;
         Ok((hits, normals))
     }
 
@@ -132,34 +111,26 @@ impl<'py> Batch<'py> {
         let occluded = PyArray1::<bool>::zeros(py, self.len, false);
         {
             let mut occluded = occluded.readwrite();
-            let chunk = self.chunk(threads);
-            let parts = self.ranges(chunk).zip(occluded.as_slice_mut()?.chunks_mut(chunk));
-            let source = self.source()?;
-            let start = || Scratch::new(&source, chunk);
-            for_each(py, threads, parts, start, |scratch, (range, part)| {
-                let traced = scene.occluded_batch(scratch.load(&source, range), part);
-                traced.expect("there are as many results as rays");
+            let (rays, occluded) = (self.rays()?, occluded.as_slice_mut()?);
+            run(py, self.threads(threads), |parallel, go_on| {
+                let traced = scene.occluded_batch_while(rays, occluded, parallel, go_on);
+                traced.expect("there are as many results as rays")
             })?;
         }
         Ok(occluded)
     }
 
-    /// How many rays a thread is to take at a time, so that all have something to do.
-    fn chunk(&self, threads: usize) -> usize {
-        chunk(self.len, threads)
+    /// How many threads are to trace, of so many.
+    fn threads(&self, threads: usize) -> usize {
+        if self.len <= FEW { 1 } else { threads }
     }
 
-    fn ranges(&self, chunk: usize) -> impl Iterator<Item = Range<usize>> + Send + use<> {
-        ranges(self.len, chunk)
-    }
-
-    fn source(&self) -> PyResult<Source<'_>> {
-        Ok(Source {
-            origins: Column::of_rows(&self.origins, self.len)?,
-            directions: Column::of_rows(&self.directions, self.len)?,
-            t_min: Column::of_ends(&self.t_min)?,
-            t_max: Column::of_ends(&self.t_max)?,
-        })
+    fn rays(&self) -> PyResult<RayRows<'_>> {
+        let origins = rows_of(&self.origins, self.len)?;
+        let dirs = rows_of(&self.directions, self.len)?;
+        let (t_min, t_max) = (self.t_min.values()?, self.t_max.values()?);
+        let rays = RayRows::new(self.len, origins, dirs, t_min, t_max);
+        Ok(rays.expect("the lengths were compared before"))
     }
 }
 
@@ -182,172 +153,26 @@ impl<'py> Ends<'py> {
             _ => Err(ends.mismatch(rays)),
         }
     }
-}
 
-/// The normals of hits on flat primitives, which do not depend on the rays; zero for a miss.
-pub(crate) fn flat_normals<'py>(
-    py: Python<'py>,
-    scene: &octray::Scene,
-    prim_id: &[i32],
-    geom_id: &[i32],
-    threads: usize,
-) -> PyResult<Bound<'py, PyArray2<f32>>> {
-    let len = prim_id.len().min(geom_id.len());
-    let mut normals = vec![[0.0; 3]; len];
-    let chunk = chunk(len, threads);
-    let parts = ranges(len, chunk).zip(normals.chunks_mut(chunk));
-    for_each(
-        py,
-        threads,
-        parts,
-        || (),
-        |(), (range, part)| {
-            for (index, normal) in range.zip(part) {
-                // A miss names nothing; and the arrays may have been written to since.
-                let found = scene.flat_normal(geom_id[index] as u32, prim_id[index] as u32);
-                *normal = found.map_or([0.0; 3], |normal| normal.to_array());
-            }
-        },
-    )?;
-    rows(py, normals)
-}
-
-fn normal_at(scene: &octray::Scene, ray: &Ray, hit: &Hit) -> [f32; 3] {
-    if hit.is_hit() { scene.surface(ray, hit).geometric_normal.to_array() } else { [0.0; 3] }
-}
-
-fn rows<'py>(py: Python<'py>, rows: Vec<[f32; 3]>) -> PyResult<Bound<'py, PyArray2<f32>>> {
-    let len = rows.len();
-    rows.into_flattened().into_pyarray(py).reshape([len, 3])
-}
-
-/// An array for a query to fill. NumPy's own `empty` takes huge pages for large ones and clears
-/// nothing: with `zeros` a tenth of the time of coherent rays went into clearing memory.
-pub(crate) fn empty<'py, T: Element>(
-    py: Python<'py>,
-    len: usize,
-) -> PyResult<Bound<'py, PyArray1<T>>> {
-    static EMPTY: PyOnceLock<Py<PyAny>> = PyOnceLock::new();
-    let array = EMPTY.import(py, "numpy", "empty")?.call1((len, T::get_dtype(py)))?;
-    Ok(array.cast_into()?)
-}
-
-pub(crate) fn chunk(len: usize, threads: usize) -> usize {
-    len.div_ceil(4 * threads).next_multiple_of(SMALLEST_CHUNK).clamp(SMALLEST_CHUNK, CHUNK)
-}
-
-pub(crate) fn ranges(len: usize, chunk: usize) -> impl Iterator<Item = Range<usize>> + Send {
-    (0..len).step_by(chunk).map(move |start| start..(start + chunk).min(len))
-}
-
-/// The arrays of [`Batch`] for threads that know nothing of Python.
-struct Source<'a> {
-    origins: Column<'a, [f32; 3]>,
-    directions: Column<'a, [f32; 3]>,
-    t_min: Column<'a, f32>,
-    t_max: Column<'a, f32>,
-}
-
-/// One value for all rays, or an array with one a ray.
-enum Column<'a, T> {
-    Same(T),
-    Each(Values<'a>),
-}
-
-impl<'a> Column<'a, [f32; 3]> {
-    fn of_rows(rows: &'a Floats<'_>, len: usize) -> PyResult<Self> {
-        let values = rows.values()?;
-        let is_same = rows.rows()? == 1 && len != 1;
-        let same = || Self::Same(std::array::from_fn(|axis| values.get(axis)));
-        Ok(if is_same { same() } else { Self::Each(values) })
-    }
-}
-
-impl<'a> Column<'a, f32> {
-    fn of_ends(ends: &'a Ends<'_>) -> PyResult<Self> {
-        Ok(match ends {
-            Ends::Same(value) => Self::Same(*value),
-            Ends::Each(array) => Self::Each(array.values()?),
+    fn values(&self) -> PyResult<octray::Ends<'_>> {
+        Ok(match self {
+            Self::Same(end) => octray::Ends::Same(*end),
+            Self::Each(array) => match array.values()? {
+                Values::F32(ends) => octray::Ends::F32(ends),
+                Values::F64(ends) => octray::Ends::F64(ends),
+            },
         })
     }
 }
 
-/// The SoA arrays of one chunk: what a thread keeps.
-struct Scratch {
-    origin: [Vec<f32>; 3],
-    dir: [Vec<f32>; 3],
-    t_min: Vec<f32>,
-    t_max: Vec<f32>,
-}
-
-impl Scratch {
-    /// Room for `len` rays. What they share is filled in for good.
-    fn new(source: &Source<'_>, len: usize) -> Self {
-        let rows = |rows: &Column<'_, [f32; 3]>| match rows {
-            Column::Same(row) => row.map(|value| vec![value; len]),
-            Column::Each(_) => std::array::from_fn(|_| vec![0.0; len]),
-        };
-        let ends = |ends: &Column<'_, f32>| match ends {
-            Column::Same(value) => vec![*value; len],
-            Column::Each(_) => vec![0.0; len],
-        };
-        Self {
-            origin: rows(&source.origins),
-            dir: rows(&source.directions),
-            t_min: ends(&source.t_min),
-            t_max: ends(&source.t_max),
-        }
+/// The rows of so many rays; one row is for all of them.
+fn rows_of<'a>(floats: &'a Floats<'_>, len: usize) -> PyResult<Rows<'a>> {
+    let values = floats.values()?;
+    if len != 1 && floats.rows()? == 1 {
+        return Ok(Rows::Same(std::array::from_fn(|axis| values.get(axis))));
     }
-
-    /// The rays of `range`.
-    fn load(&mut self, source: &Source<'_>, range: Range<usize>) -> Rays<'_> {
-        let rows = [(&source.origins, &mut self.origin), (&source.directions, &mut self.dir)];
-        for (from, to) in rows {
-            if let Column::Each(values) = from {
-                transpose(values, &range, to.each_mut());
-            }
-        }
-        for (from, to) in [(&source.t_min, &mut self.t_min), (&source.t_max, &mut self.t_max)] {
-            if let Column::Each(values) = from {
-                copy(values, &range, to);
-            }
-        }
-        let len = range.len();
-        let ([x, y, z], [dx, dy, dz]) = (&self.origin, &self.dir);
-        let (t_min, t_max) = (&self.t_min[..len], &self.t_max[..len]);
-        Rays::new(&x[..len], &y[..len], &z[..len], &dx[..len], &dy[..len], &dz[..len], t_min, t_max)
-            .expect("all have one length")
-    }
-}
-
-/// Rows of three values, as three arrays.
-pub(crate) fn transpose(from: &Values<'_>, range: &Range<usize>, to: [&mut Vec<f32>; 3]) {
-    fn rows<T: Copy>(from: &[T], [x, y, z]: [&mut Vec<f32>; 3], narrow: impl Fn(T) -> f32) {
-        let rows = from.as_chunks::<3>().0;
-        let len = rows.len();
-        let (x, y, z) = (&mut x[..len], &mut y[..len], &mut z[..len]);
-        for index in 0..len {
-            let row = rows[index];
-            x[index] = narrow(row[0]);
-            y[index] = narrow(row[1]);
-            z[index] = narrow(row[2]);
-        }
-    }
-    let part = 3 * range.start..3 * range.end;
-    match from {
-        Values::F32(from) => rows(&from[part], to, |value| value),
-        Values::F64(from) => rows(&from[part], to, |value| value as f32),
-    }
-}
-
-fn copy(from: &Values<'_>, range: &Range<usize>, to: &mut [f32]) {
-    let to = &mut to[..range.len()];
-    match from {
-        Values::F32(from) => to.copy_from_slice(&from[range.clone()]),
-        Values::F64(from) => {
-            for (to, &value) in to.iter_mut().zip(&from[range.clone()]) {
-                *to = value as f32;
-            }
-        }
-    }
+    Ok(match values {
+        Values::F32(values) => Rows::F32(values.as_chunks().0),
+        Values::F64(values) => Rows::F64(values.as_chunks().0),
+    })
 }

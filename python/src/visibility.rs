@@ -9,9 +9,9 @@ use octray::{LightSamples, LightShape, Points, ShapeError};
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 
-use crate::arrays::{Floats, Values};
-use crate::threads::for_each;
-use crate::trace::{chunk, empty, ranges, transpose};
+use crate::arrays::{Floats, Values, transpose};
+use crate::results::empty;
+use crate::threads::{chunk, for_each, ranges};
 
 /// The most samples that a point may have.
 const MAX_SAMPLES: usize = octray::scene::MAX_SAMPLES as usize;

@@ -9,10 +9,11 @@ use memmap2::MmapMut;
 use super::fresh::{Fresh, Memory};
 use super::{LEAST_BYTES, ask_for_huge, mapped};
 
-/// How many arrays that nobody uses are kept, and how large they are at most: what two calls with a
-/// million rays need.
-const MOST_SPARE: usize = 8;
+/// How many arrays that nobody uses are kept, how large each is and all are at most: what a sort and the
+/// results of two calls with two million rays need.
+const MOST_SPARE: usize = 16;
 const LARGEST_SPARE: usize = 64 << 20;
+const MOST_BYTES: usize = 512 << 20;
 
 /// Memory that waits to be used again.
 static SPARE: Mutex<Vec<MmapMut>> = Mutex::new(Vec::new());
@@ -46,11 +47,12 @@ impl<T: Pod> Drop for Pages<T> {
             && map.len() <= LARGEST_SPARE
             && let Ok(mut spare) = SPARE.lock()
         {
-            // The oldest goes first.
-            if spare.len() >= MOST_SPARE {
-                spare.remove(0);
-            }
             spare.push(map);
+            let mut bytes: usize = spare.iter().map(|map| map.len()).sum();
+            // The oldest goes first.
+            while spare.len() > MOST_SPARE || bytes > MOST_BYTES {
+                bytes -= spare.remove(0).len();
+            }
         }
     }
 }
