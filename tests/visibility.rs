@@ -453,6 +453,52 @@ fn grazing_occluders() {
     });
 }
 
+/// Samples that ask for what points see themselves, of another scene: what a thread keeps is in use then.
+#[test]
+fn queries_inside_queries() {
+    struct Asking<'a>(&'a Scene, LightShape);
+    impl LightSamples for Asking<'_> {
+        fn per_point(&self) -> usize {
+            16
+        }
+        fn check(&self, _: usize) -> Result<(), ShapeError> {
+            Ok(())
+        }
+        fn place(&self, point: usize, u: &mut [f32], v: &mut [f32]) {
+            let position = [0.01 * point as f32, 0.0, 0.4];
+            let [x, y, z] = position.each_ref().map(std::slice::from_ref);
+            let points = Points::new(x, y, z).unwrap();
+            let own = SampleArrays::new(&[0.1, 0.4, 0.6, 0.9], &[0.2, 0.8, 0.3, 0.7], 4).unwrap();
+            let mut seen = [0.0];
+            self.0.visibility(&points, &self.1, &own, &mut seen).unwrap();
+            for sample in 0..16 {
+                u[sample] = (0.25 * seen[0] + 0.05 * sample as f32).min(1.0);
+                v[sample] = 0.0625 * sample as f32;
+            }
+        }
+    }
+    let mut random = Random::new(92, 0);
+    let scenes = [scene(&mut random, Style::Chaos, 1.0), scene(&mut random, Style::Slivers, 1.0)];
+    let corner = Vec3::new(-1.0, 3.0, -1.0);
+    let light = LightShape::Quad { corner, edge_u: Vec3::X * 2.0, edge_v: Vec3::Z * 2.0 };
+    let mut case = Case { per_point: 16, ..Case::default() };
+    let asking = Asking(&scenes[1], light);
+    for point in 0..600 {
+        let (mut u, mut v) = ([0.0; 16], [0.0; 16]);
+        asking.place(point, &mut u, &mut v);
+        let position = random.vec() * 2.0;
+        case.push_with(position, Vec3::Y, |sample| (u[sample], v[sample]));
+    }
+    case.check(&scenes[0], &light);
+    let [x, y, z] = &case.position;
+    let points = Points::new(x, y, z).unwrap();
+    let own = SampleArrays::new(&case.u, &case.v, 16).unwrap();
+    let (mut expected, mut seen) = (vec![false; case.u.len()], vec![false; case.u.len()]);
+    scenes[0].visible_samples(&points, &light, &own, &mut expected).unwrap();
+    scenes[0].visible_samples(&points, &light, &asking, &mut seen).unwrap();
+    assert!(seen == expected);
+}
+
 #[test]
 fn shapes_are_checked() {
     let scene = SceneBuilder::new().build().unwrap();

@@ -101,6 +101,13 @@ impl<F: Lanes> Tile<F> {
         }
     }
 
+    /// Turns to another scene, of which nothing is known: for tiles that outlive one.
+    pub(super) fn turn_to(&mut self, bvh: &Bvh) {
+        self.stack.resize(stack_size(bvh), Waiting::default());
+        self.shelves = bvh.shelves();
+        self.first = First::default();
+    }
+
     /// Takes up to [`Tile::RAYS`] rays.
     pub(super) fn load(&mut self, rays: Rays<'_>) {
         debug_assert!(rays.len() <= Self::RAYS);

@@ -9,6 +9,7 @@ use super::group::Aim;
 use super::placed::{LANES, facing};
 use super::shafts::GROUPS;
 use super::volley::{Recent, Volley};
+use crate::bvh::Bvh;
 use crate::points::LightSamples;
 use crate::simd::{F32x16, Lanes, each};
 use crate::traverse::ones;
@@ -79,8 +80,8 @@ impl Crossed {
     pub(super) fn trace<S: LightSamples + ?Sized>(
         &mut self,
         query: &Query<'_, S>,
-        aim: &Aim,
-        volley: &mut Volley<'_>,
+        (bvh, aim): (&Bvh, &Aim),
+        volley: &mut Volley,
         points: &[usize],
         masks: &mut Vec<u16>,
     ) {
@@ -111,7 +112,7 @@ impl Crossed {
             }
             let (seen, mut waiting) = (&mut self.seen, self.waiting.drain(..));
             volley.swap_recent(&mut self.recent[first / GROUPS]);
-            volley.trace(aim, |lanes| {
+            volley.trace(bvh, aim, |lanes| {
                 if let Some(sample) = waiting.next() {
                     seen[sample] = lanes as u16;
                 }

@@ -20,10 +20,10 @@ pub(super) fn trace<S: LightSamples + ?Sized>(
     range: Range<usize>,
     done: &mut impl FnMut(usize, Seen<'_>),
 ) {
-    let mut tiled = Tiled::new(bvh);
+    let mut tiled = Tiled::taken(bvh);
     let light = query.light.corner;
-    let mut give = |tiled: &mut Tiled<'_>| {
-        tiled.trace(|start, seen| {
+    let mut give = |tiled: &mut Tiled| {
+        tiled.trace(bvh, |start, seen| {
             let points = (1_u32 << (range.end - start).min(LANES)) - 1;
             done(start, Seen::Wholly { points, seen });
         });
@@ -41,4 +41,5 @@ pub(super) fn trace<S: LightSamples + ?Sized>(
         }
     }
     give(&mut tiled);
+    tiled.leave();
 }

@@ -31,6 +31,7 @@ mod crossed;
 mod descent;
 mod group;
 mod hard;
+mod kept;
 mod leaf;
 mod order;
 mod placed;
@@ -39,6 +40,7 @@ mod sampled;
 mod shafts;
 mod tempo;
 mod tiled;
+mod views;
 mod volley;
 
 use std::ops::Range;
@@ -116,6 +118,7 @@ pub(crate) fn visibility<S: LightSamples + ?Sized>(
             sampled.finish(query, &aim, &mut done);
         }
         sampled.leave();
+        block.leave();
     }
     rays.trace(bvh, &mut done);
 }

@@ -28,9 +28,6 @@ use crate::simd::{F32x16, each};
 const VOLLEYS: usize = 0;
 const TILES: usize = 1;
 
-/// So many groups go as volleys at first: a tile takes as long to set up as some groups to trace.
-const FIRST_VOLLEYS: u32 = 3;
-
 /// More rays of a bundle than this that are tested by themselves make its bundle too wide.
 const MOST_ALONE: usize = 8;
 
@@ -43,13 +40,11 @@ const LARGEST_SPREAD: f32 = 0.5;
 /// Points, and the samples that they see.
 pub(super) struct Sampled<'a> {
     samples: usize,
-    volley: Volley<'a>,
+    volley: Box<Volley>,
     bvh: &'a Bvh,
-    /// Made when it is first asked for: it is large.
-    tiled: Option<Box<Tiled<'a>>>,
+    /// Taken when it is first asked for.
+    tiled: Option<Box<Tiled>>,
     choice: Choice,
-    /// How many groups still go as volleys at the start.
-    starts: u32,
     placed: Placed,
     crossed: Crossed,
     /// Points that wait until there are sixteen.
@@ -70,11 +65,10 @@ impl<'a> Sampled<'a> {
     pub(super) fn new(bvh: &'a Bvh, samples: usize) -> Self {
         Self {
             samples,
-            volley: Volley::new(bvh),
+            volley: Volley::taken(bvh),
             bvh,
             tiled: None,
             choice: Choice::resumed(kind(samples)),
-            starts: FIRST_VOLLEYS,
             placed: Placed::new(samples),
             crossed: Crossed::new(samples),
             group: Vec::with_capacity(LANES),
@@ -112,6 +106,11 @@ impl<'a> Sampled<'a> {
         if !self.group.is_empty() {
             self.trace_group(query, aim);
         }
+        self.give(done);
+    }
+
+    /// As [`Sampled::finish`], if all points went alone.
+    pub(super) fn give(&mut self, done: &mut impl FnMut(usize, Seen<'_>)) {
         self.trace_tile();
         let registers = self.placed.registers();
         for (&point, masks) in self.points.iter().zip(self.masks.chunks(registers)) {
@@ -130,55 +129,49 @@ impl<'a> Sampled<'a> {
         self.points.push(point);
         let origin = each(|axis| F32x16::splat(query.points.position[axis][point]));
         let Self { tiled, placed, masks, bvh, .. } = self;
-        let tiled = tiled.get_or_insert_with(|| Box::new(Tiled::new(bvh)));
+        let tiled = tiled.get_or_insert_with(|| Tiled::taken(bvh));
         placed.each(query, point, |dir, active| {
             masks.push(0);
             if active != 0 {
                 tiled.push(origin, dir, active, masks.len() - 1);
             }
             if tiled.is_full() {
-                tiled.trace(|place, seen| masks[place] = seen as u16);
+                tiled.trace(bvh, |place, seen| masks[place] = seen as u16);
             }
         });
     }
 
     /// Ends a query: what was learnt stays.
-    pub(super) fn leave(&self) {
+    pub(super) fn leave(self) {
         self.choice.leave(kind(self.samples));
-    }
-
-    /// How to trace the next group.
-    fn next_way(&mut self) -> usize {
-        if self.tiled.is_none() && self.starts > 0 {
-            self.starts -= 1;
-            return VOLLEYS;
+        self.volley.leave();
+        if let Some(tiled) = self.tiled {
+            tiled.leave();
         }
-        self.starts = 0;
-        self.choice.next()
     }
 
     /// Traces what waits in the tile.
     fn trace_tile(&mut self) {
         if let Some(tiled) = &mut self.tiled {
-            tiled.trace(|place, seen| self.masks[place] = seen as u16);
+            tiled.trace(self.bvh, |place, seen| self.masks[place] = seen as u16);
         }
     }
 
     /// Traces the group, in the way that is faster.
     fn trace_group<S: LightSamples + ?Sized>(&mut self, query: &Query<'_, S>, aim: &Aim) {
-        let way = self.next_way();
+        let way = self.choice.next();
         let (start, count) = (Instant::now(), self.group.len());
         if way == TILES || !self.cross(query, aim) {
             for place in 0..count {
                 let point = self.group[place];
-                if way == TILES {
-                    self.trace_alone(query, point);
-                } else {
+                if way == VOLLEYS {
                     self.trace_point(query, aim, point);
+                } else {
+                    self.trace_alone(query, point);
                 }
             }
             self.trace_tile();
-            trace(&mut self.volley, aim, &mut self.waiting, &mut self.masks);
+            trace(&mut self.volley, (self.bvh, aim), &mut self.waiting, &mut self.masks);
             let alone = self.volley.take_alone();
             if alone > MOST_ALONE * count * self.placed.registers() && self.aligned {
                 self.crossings = CROSSINGS;
@@ -186,7 +179,7 @@ impl<'a> Sampled<'a> {
         }
         self.group.clear();
         // Of fewer points, more is set up than traced.
-        if count == LANES && self.starts == 0 {
+        if count == LANES {
             self.choice.took(start.elapsed(), count * self.samples);
         }
     }
@@ -203,8 +196,8 @@ impl<'a> Sampled<'a> {
             return false;
         }
         self.points.extend(&self.group);
-        let Self { crossed, volley, group, masks, .. } = self;
-        crossed.trace(query, aim, volley, group, masks);
+        let Self { crossed, volley, group, masks, bvh, .. } = self;
+        crossed.trace(query, (bvh, aim), volley, group, masks);
         volley.take_alone();
         true
     }
@@ -215,7 +208,7 @@ impl<'a> Sampled<'a> {
         aim: &Aim,
         point: usize,
     ) {
-        let Self { volley, placed, points, waiting, masks, .. } = self;
+        let Self { volley, placed, points, waiting, masks, bvh, .. } = self;
         points.push(point);
         let origin: [f32; 3] = each(|axis| query.points.position[axis][point]);
         let lanes = each(|axis| F32x16::splat(origin[axis]));
@@ -227,7 +220,7 @@ impl<'a> Sampled<'a> {
                 volley.push(aim, lanes, dir, active, Some(around));
             }
             if volley.is_full() {
-                trace(volley, aim, waiting, masks);
+                trace(volley, (bvh, aim), waiting, masks);
             }
         });
     }
@@ -249,9 +242,14 @@ fn is_close<S: ?Sized>(query: &Query<'_, S>, points: &[usize]) -> bool {
     (0..3).map(spread).sum::<f32>() < LARGEST_SPREAD * light
 }
 
-fn trace(volley: &mut Volley<'_>, aim: &Aim, waiting: &mut Vec<usize>, masks: &mut [u16]) {
+fn trace(
+    volley: &mut Volley,
+    (bvh, aim): (&Bvh, &Aim),
+    waiting: &mut Vec<usize>,
+    masks: &mut [u16],
+) {
     let mut places = waiting.drain(..);
-    volley.trace(aim, |seen| {
+    volley.trace(bvh, aim, |seen| {
         if let Some(place) = places.next() {
             masks[place] = seen as u16;
         }

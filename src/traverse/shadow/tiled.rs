@@ -2,6 +2,7 @@
 //!
 //! The leaves in which the tile before met something are entered first, as long as that pays.
 
+use super::kept::{self, Kept};
 use super::tempo::Pause;
 use crate::bvh::{Bvh, Child, Node, WIDTH};
 use crate::geometry::Aabb;
@@ -22,9 +23,12 @@ const WORTH: f32 = 3.0;
 /// The most tiles that go without them.
 const LONGEST_PAUSE: u32 = 15;
 
+thread_local! {
+    static KEPT: Kept<Tiled> = const { Kept::new(None) };
+}
+
 /// Up to sixteen bundles, each with a place that it is known by.
-pub(super) struct Tiled<'a> {
-    bvh: &'a Bvh,
+pub(super) struct Tiled {
     tile: Tile<F32x16>,
     stream: Stream,
     aim: Aim,
@@ -40,10 +44,23 @@ pub(super) struct Tiled<'a> {
     pause: Pause,
 }
 
-impl<'a> Tiled<'a> {
-    pub(super) fn new(bvh: &'a Bvh) -> Self {
+impl Tiled {
+    /// For a query of this thread; to be given back by [`Tiled::leave`].
+    pub(super) fn taken(bvh: &Bvh) -> Box<Self> {
+        let mut tiled = kept::take(&KEPT, || Self::new(bvh));
+        tiled.len = 0;
+        tiled.tile.turn_to(bvh);
+        tiled.recent.clear();
+        tiled
+    }
+
+    /// Leaves it to the thread's next query.
+    pub(super) fn leave(self: Box<Self>) {
+        kept::keep(&KEPT, self);
+    }
+
+    fn new(bvh: &Bvh) -> Self {
         Self {
-            bvh,
             tile: Tile::new(bvh),
             stream: Stream::new(),
             aim: Aim::new(),
@@ -80,28 +97,28 @@ impl<'a> Tiled<'a> {
 
     /// Traces all bundles, gives for the place of each the lanes whose rays have met nothing, and takes
     /// them out.
-    pub(super) fn trace(&mut self, mut give: impl FnMut(usize, u32)) {
+    pub(super) fn trace(&mut self, bvh: &Bvh, mut give: impl FnMut(usize, u32)) {
         if self.len == 0 {
             return;
         }
-        self.tile.trace::<true>(self.bvh, &mut self.aim, &mut self.pace);
-        self.stream.trace::<true, _>(self.bvh, &mut self.tile.groups, &self.tile.rest);
+        self.tile.trace::<true>(bvh, &mut self.aim, &mut self.pace);
+        self.stream.trace::<true, _>(bvh, &mut self.tile.groups, &self.tile.rest);
         for (index, group) in self.tile.groups[..self.len].iter().enumerate() {
             give(self.places[index], self.active[index] & !group.met());
         }
-        self.remember();
+        self.remember(bvh);
         self.len = 0;
     }
 
     /// Puts the leaves first in which something was met.
-    fn remember(&mut self) {
+    fn remember(&mut self, bvh: &Bvh) {
         let first = &self.tile.first;
         if !first.nodes.is_empty() {
             self.pause.ended(WORTH * first.settled as f32, first.cost as f32, LONGEST_PAUSE);
         }
         self.met.clear();
         if self.pause.is_over() {
-            self.collect();
+            self.collect(bvh);
         }
         if self.met == self.recent {
             return;
@@ -118,8 +135,8 @@ impl<'a> Tiled<'a> {
     }
 
     /// Collects the leaves in which a first or a last ray of a bundle met something.
-    fn collect(&mut self) {
-        let leaves = &self.bvh.leaves;
+    fn collect(&mut self, bvh: &Bvh) {
+        let leaves = &bvh.leaves;
         for group in &self.tile.groups[..self.len] {
             let lanes = group.met();
             let ends = if lanes == 0 { [0; 2] } else { [lanes.trailing_zeros(), lanes.ilog2()] };

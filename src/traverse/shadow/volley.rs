@@ -6,6 +6,7 @@
 use super::bundle::Bundle;
 use super::descent::{Party, Place, Waiting, descend, enter_leaf};
 use super::group::Aim;
+use super::kept::{self, Kept};
 use super::leaf::Leaf;
 use super::shafts::{Beams, GROUPS, Shafts, Turned};
 use crate::bvh::{Bvh, LEAF, Node};
@@ -18,9 +19,14 @@ const RECENT: usize = 16;
 /// Leaves in which a volley met something.
 pub(super) type Recent = Vec<Place>;
 
+thread_local! {
+    static KEPT: Kept<Volley> = const { Kept::new(None) };
+}
+
 /// Up to sixteen bundles.
-pub(super) struct Volley<'a> {
-    bvh: &'a Bvh,
+pub(super) struct Volley {
+    /// How far the scene reaches.
+    extent: f32,
     /// The first [`Volley::len`] count.
     bundles: [Bundle; GROUPS],
     len: usize,
@@ -36,17 +42,34 @@ pub(super) struct Volley<'a> {
     alone: usize,
 }
 
-impl<'a> Volley<'a> {
-    pub(super) fn new(bvh: &'a Bvh) -> Self {
+impl Volley {
+    /// For a query of this thread; to be given back by [`Volley::leave`].
+    pub(super) fn taken(bvh: &Bvh) -> Box<Self> {
+        let mut volley = kept::take(&KEPT, Self::new);
+        (volley.len, volley.live, volley.alone) = (0, 0, 0);
+        volley.beams = Beams::new();
+        volley.extent = bvh.extent;
+        volley.met.clear();
+        volley.recent.clear();
+        volley.stack.resize(stack_size(bvh), Waiting::default());
+        volley
+    }
+
+    /// Leaves it to the thread's next query.
+    pub(super) fn leave(self: Box<Self>) {
+        kept::keep(&KEPT, self);
+    }
+
+    fn new() -> Self {
         Self {
-            bvh,
+            extent: 0.0,
             bundles: [Bundle::empty(); GROUPS],
             len: 0,
             beams: Beams::new(),
             live: 0,
             met: Vec::with_capacity(RECENT),
             recent: Vec::with_capacity(RECENT),
-            stack: vec![Waiting::default(); stack_size(bvh)],
+            stack: Vec::new(),
             alone: 0,
         }
     }
@@ -69,7 +92,7 @@ impl<'a> Volley<'a> {
     ) {
         let place = self.len;
         let bundle = &mut self.bundles[place];
-        bundle.load(origin, dir, active, self.bvh.extent);
+        bundle.load(origin, dir, active, self.extent);
         let axes = aim.axes;
         let [mut low, mut high] = around.unwrap_or_else(|| bundle.origins(axes));
         for axis in 0..3 {
@@ -92,9 +115,9 @@ impl<'a> Volley<'a> {
     }
 
     /// Traces all bundles, gives for each the lanes whose rays have met nothing, and takes them out.
-    pub(super) fn trace(&mut self, aim: &Aim, mut give: impl FnMut(u32)) {
-        if self.live != 0 && !self.bvh.nodes.is_empty() {
-            self.trace_in(&Shafts::new(*aim, self.beams.beam()));
+    pub(super) fn trace(&mut self, bvh: &Bvh, aim: &Aim, mut give: impl FnMut(u32)) {
+        if self.live != 0 && !bvh.nodes.is_empty() {
+            self.trace_in(bvh, &Shafts::new(*aim, self.beams.beam()));
         }
         self.bundles[..self.len].iter().for_each(|bundle| give(bundle.seen()));
         self.len = 0;
@@ -102,8 +125,7 @@ impl<'a> Volley<'a> {
         self.live = 0;
     }
 
-    fn trace_in(&mut self, shafts: &Shafts) {
-        let bvh = self.bvh;
+    fn trace_in(&mut self, bvh: &Bvh, shafts: &Shafts) {
         std::mem::swap(&mut self.met, &mut self.recent);
         self.met.clear();
         for recent in 0..self.recent.len() {
@@ -136,7 +158,7 @@ impl<'a> Volley<'a> {
     }
 }
 
-impl Party for Volley<'_> {
+impl Party for Volley {
     fn live(&self) -> u32 {
         self.live
     }
