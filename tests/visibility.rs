@@ -453,6 +453,37 @@ fn grazing_occluders() {
     });
 }
 
+/// Points below bars that let some of the light through: nothing settles any of them, so blocks are left out
+/// after a while, and tried again where points see the whole light.
+#[test]
+fn gratings() {
+    run_mixed("visibility, gratings", 91, 24, |random, round| {
+        let mut builder = SceneBuilder::new();
+        let mut bars = Quads::default();
+        for bar in 0..60 {
+            let at = Vec3::new(-8.0, 2.0 + 0.1 * random.unit(), 0.1 * bar as f32 - 3.0);
+            bars.push(at, Vec3::X * 16.0, Vec3::new(0.0, 0.02 * random.signed(), 0.06));
+        }
+        builder.add_quads(bars, 0);
+        let scene = builder.build().unwrap();
+        let (edge_u, edge_v) = (Vec3::X * 2.0, Vec3::Z * 2.0);
+        let corner = Vec3::Y * 5.0 - (edge_u + edge_v) * 0.5;
+        let light = LightShape::Quad { corner, edge_u, edge_v };
+        let mut case = Case { per_point: [16, 5, 40][round % 3], ..Case::default() };
+        let points = 4000 + 400 * (round % 4);
+        for point in 0..points {
+            let along = point as f32 / points as f32;
+            let dark = random.unit() - 0.5;
+            // The last ones see past the bars.
+            let position =
+                Vec3::new(dark, 0.0, if along < 0.7 { 2.0 * along } else { 14.0 * along });
+            let normal = Vec3::Y + random.vec();
+            case.push(random, position, normal);
+        }
+        case.check(&scene, &light)
+    });
+}
+
 /// Samples that ask for what points see themselves, of another scene: what a thread keeps is in use then.
 #[test]
 fn queries_inside_queries() {

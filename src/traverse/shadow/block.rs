@@ -4,6 +4,7 @@ use std::ops::Range;
 
 use super::group::{Aim, LANES, PointGroup};
 use super::shafts::GROUPS;
+use super::tempo::kind;
 use super::views::Views;
 use super::{Query, Seen};
 use crate::bvh::Bvh;
@@ -12,6 +13,19 @@ use crate::traverse::ones;
 
 /// How many points a block has: sixteen groups of sixteen.
 pub(super) const BLOCK_POINTS: usize = GROUPS * LANES;
+
+/// What a point saves that is settled, for each register of its samples, in tests of a primitive with a group
+/// of points.
+///
+/// 1, 2, 4 and 6 were tried on lights near, huge, edge-on and sixty-four of them, in four scenes: 1.00, 1.07,
+/// 1.08 times as fast as without pauses on the mean with the first three, but 0.63 at worst with 1.
+const WORTH: f32 = 5.0;
+
+/// What it takes to get a group ready, likewise.
+const SET_UP: usize = 4;
+
+/// The most blocks that go without a descent.
+const LONGEST_PAUSE: u32 = 15;
 
 /// Up to 256 points, and the arrays that they need.
 pub(super) struct Block<'a, S: ?Sized> {
@@ -43,6 +57,7 @@ impl<'a, S: LightSamples + ?Sized> Block<'a, S> {
         self.points = points;
         self.views.settle(self.bvh, &aim);
         self.give(done);
+        self.judge();
         aim
     }
 
@@ -59,6 +74,21 @@ impl<'a, S: LightSamples + ?Sized> Block<'a, S> {
     fn points_of(&self, which: fn(&PointGroup) -> u32) -> impl Iterator<Item = usize> {
         let groups = self.views.groups.iter().zip(self.points.clone().step_by(LANES));
         groups.flat_map(move |(group, start)| ones(which(group)).map(move |lane| start + lane))
+    }
+
+    /// False if the next points are better traced without: lately, descents cost more than they saved.
+    pub(super) fn pays(&mut self) -> bool {
+        self.views.pauses[kind(self.query.samples.per_point())].is_over()
+    }
+
+    /// Notes what the descent saved and cost.
+    fn judge(&mut self) {
+        let samples = self.query.samples.per_point();
+        let unsure: u32 = self.views.groups.iter().map(|group| group.unsure.count_ones()).sum();
+        let registers = (self.points.len() - unsure as usize) * samples.div_ceil(LANES);
+        let cost = self.views.tests + SET_UP * self.views.groups.len();
+        let (saved, cost) = (WORTH * registers as f32, cost as f32);
+        self.views.pauses[kind(samples)].ended(saved, cost, LONGEST_PAUSE);
     }
 
     /// Ends a query: what is kept stays with the thread.

@@ -108,6 +108,15 @@ pub(crate) fn visibility<S: LightSamples + ?Sized>(
         let is_dense = 4 * samples >= 3 * samples.next_multiple_of(LANES);
         for start in range.clone().step_by(BLOCK_POINTS) {
             let end = (start + BLOCK_POINTS).min(range.end);
+            if !block.pays() {
+                if is_dense {
+                    (start..end).for_each(|point| sampled.trace_alone(query, point));
+                    sampled.give(&mut done);
+                } else {
+                    (start..end).for_each(|point| rays.add(bvh, query, point, &mut done));
+                }
+                continue;
+            }
             let aim = block.trace(start..end, &mut done);
             block.unsettled().for_each(|point| sampled.add(query, &aim, point));
             if is_dense {

@@ -7,6 +7,7 @@ use super::descent::{Party, Waiting, descend};
 use super::group::{Aim, PointGroup, around};
 use super::kept::{self, Kept};
 use super::shafts::{GROUPS, Shafts, Turned, one_box};
+use super::tempo::{KINDS, Pause};
 use crate::bvh::{Bvh, Node};
 use crate::kernels::{Pyramids, Verdict};
 use crate::points::SHADOW_T_MAX;
@@ -23,6 +24,10 @@ pub(super) struct Views {
     /// The groups with a point that is not settled.
     pub(super) live: u32,
     stack: Vec<Waiting>,
+    /// How many primitives groups were tested with, each group by itself.
+    pub(super) tests: usize,
+    /// Whether descents paid lately, for each kind of queries.
+    pub(super) pauses: [Pause; KINDS],
     /// Where the light ends along the main axis, plus the margin.
     end: F32x16,
 }
@@ -45,12 +50,15 @@ impl Views {
             groups: Vec::with_capacity(GROUPS),
             live: 0,
             stack: Vec::new(),
+            tests: 0,
+            pauses: [Pause::default(); KINDS],
             end: F32x16::splat(0.0),
         }
     }
 
     /// Takes all groups out.
     pub(super) fn clear(&mut self) {
+        self.tests = 0;
         self.groups.clear();
         self.live = 0;
     }
@@ -80,6 +88,7 @@ impl Views {
         (boxes, slot): (&Turned, usize),
         verdict: impl FnOnce(&Pyramids<F32x16>) -> Verdict<F32x16>,
     ) -> bool {
+        self.tests += 1;
         let group = &mut self.groups[index];
         let points = group.beam.meets(&one_box(boxes, slot), self.end).bits() & group.live;
         if points == 0 {
