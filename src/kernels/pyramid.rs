@@ -151,6 +151,28 @@ impl<F: Lanes> Pyramids<F> {
         Verdict { missed: one.missed & other.missed, covered: one.covered | other.covered }
     }
 
+    /// The points whose rays meet no triangle with these corners, whatever it looks like, since one side of
+    /// the pyramid has all of them outside. The sides of the triangle, which [`Pyramids::triangle`] asks, do
+    /// not tell this of a small triangle close to a large light, nor of one that is seen edge-on.
+    #[inline(always)]
+    pub fn beside<const CORNERS: usize>(&self, corners: [[f32; 3]; CORNERS]) -> F::Mask {
+        let zero = F::splat(0.0);
+        let (mut distance, mut highest) = (zero, [F::splat(f32::NEG_INFINITY); 4]);
+        for corner in corners {
+            let [x, y, z] = sub(corner.map(F::splat), self.apex);
+            distance = (x.abs() + y.abs() + z.abs()).max(distance);
+            for (highest, (normal, _)) in highest.iter_mut().zip(&self.sides) {
+                // The product comes second: then a NaN, of an unsure side, stays.
+                *highest = highest.max(dot(*normal, [x, y, z]));
+            }
+        }
+        let mut beside = F::mask(0);
+        for (highest, (_, off)) in highest.into_iter().zip(self.sides) {
+            beside = beside | highest.lt(-(distance * (F::splat(EDGE_MARGIN) + off)));
+        }
+        beside
+    }
+
     /// A sphere, `t` of whose hits must not be above `t_max`, which is below 1.
     #[inline(always)]
     pub fn sphere(&self, center: [f32; 3], radius: f32, t_max: f32) -> Verdict<F> {

@@ -13,10 +13,13 @@
 //!    ([`tiled`]), whichever was faster lately ([`tempo`]), and as a tile at once if the samples of one
 //!    point fill it. The leaves in which the one before met something come first.
 //! 4. Points whose directions to the light spread too far for shafts, or are not finite, go as tiles; if
-//!    they have so few samples that bundles would not be full, as rays of a batch ([`rays`]).
+//!    they have so few samples that bundles would not be full, as rays of a batch ([`rays`]). So do all
+//!    points for a while if blocks settle too few, of such as have few samples.
 //!
 //! The bundles of a volley hold the samples of one point, or one sample each of sixteen neighbours
 //! ([`crossed`]), as [`sampled`] finds better. Points in no order are sorted before ([`order`]).
+//!
+//! What all of this needs is kept by the thread from query to query ([`kept`]).
 //!
 //! Points that look at a point light are rays of a batch at once ([`hard`]).
 //!

@@ -16,7 +16,7 @@ use super::crossed::Crossed;
 use super::group::{Aim, LANES};
 use super::placed::Placed;
 use super::shafts::GROUPS;
-use super::tempo::{Choice, kind};
+use super::tempo::Choice;
 use super::tiled::Tiled;
 use super::volley::Volley;
 use super::{Query, Seen};
@@ -224,6 +224,11 @@ impl<'a> Sampled<'a> {
             }
         });
     }
+}
+
+/// Queries are told apart by how many points fill a tile: sixteen, or fewer.
+fn kind(samples: usize) -> usize {
+    usize::from(samples > LANES)
 }
 
 /// True if points are close together, seen from the light.

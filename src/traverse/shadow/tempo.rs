@@ -31,11 +31,6 @@ const CLEAR: f32 = -0.08;
 /// How many kinds of queries are told apart.
 pub(super) const KINDS: usize = 2;
 
-/// Queries are told apart by how many points fill a tile: sixteen, or fewer.
-pub(super) fn kind(samples: usize) -> usize {
-    usize::from(samples > 16)
-}
-
 /// Which of two ways to take, 0 or 1.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Choice {
@@ -117,7 +112,7 @@ thread_local! {
 const KEPT: f32 = 0.75;
 
 /// Something that is left out for a while if it did not pay lately.
-#[derive(Clone, Copy, Debug, Default)]
+#[derive(Debug, Default)]
 pub(super) struct Pause {
     saved: f32,
     cost: f32,

@@ -7,7 +7,7 @@ use super::descent::{Party, Waiting, descend};
 use super::group::{Aim, PointGroup, around};
 use super::kept::{self, Kept};
 use super::shafts::{GROUPS, Shafts, Turned, one_box};
-use super::tempo::{KINDS, Pause};
+use super::tempo::Pause;
 use crate::bvh::{Bvh, Node};
 use crate::kernels::{Pyramids, Verdict};
 use crate::points::SHADOW_T_MAX;
@@ -24,10 +24,12 @@ pub(super) struct Views {
     /// The groups with a point that is not settled.
     pub(super) live: u32,
     stack: Vec<Waiting>,
+    /// True if rays are dear: then a primitive that seems to be in the way is asked twice.
+    pub(super) thorough: bool,
     /// How many primitives groups were tested with, each group by itself.
     pub(super) tests: usize,
-    /// Whether descents paid lately, for each kind of queries.
-    pub(super) pauses: [Pause; KINDS],
+    /// Whether descents paid lately.
+    pub(super) pause: Pause,
     /// Where the light ends along the main axis, plus the margin.
     end: F32x16,
 }
@@ -50,8 +52,9 @@ impl Views {
             groups: Vec::with_capacity(GROUPS),
             live: 0,
             stack: Vec::new(),
+            thorough: false,
             tests: 0,
-            pauses: [Pause::default(); KINDS],
+            pause: Pause::default(),
             end: F32x16::splat(0.0),
         }
     }
@@ -87,6 +90,7 @@ impl Views {
         index: usize,
         (boxes, slot): (&Turned, usize),
         verdict: impl FnOnce(&Pyramids<F32x16>) -> Verdict<F32x16>,
+        beside: impl FnOnce(&Pyramids<F32x16>) -> u32,
     ) -> bool {
         self.tests += 1;
         let group = &mut self.groups[index];
@@ -95,9 +99,16 @@ impl Views {
             return false;
         }
         let verdict = verdict(&group.view);
-        let reached = points & !verdict.missed.bits();
+        let mut reached = points & !verdict.missed.bits();
+        let unsure = reached & !verdict.covered.bits();
+        if self.thorough && unsure != 0 {
+            let beside = unsure & beside(&group.view);
+            reached &= !beside;
+            group.unsure |= unsure & !beside;
+        } else {
+            group.unsure |= unsure;
+        }
         group.live &= !reached;
-        group.unsure |= reached & !verdict.covered.bits();
         self.live &= !(u32::from(group.live == 0) << index);
         reached != 0
     }
@@ -116,18 +127,28 @@ impl Party for Views {
 
     #[inline(always)]
     fn triangle(&mut self, group: usize, at: (&Turned, usize), fields: &[f32; 9]) -> bool {
-        self.meet(group, at, |view| view.triangle(corners(fields), SHADOW_T_MAX))
+        self.meet(
+            group,
+            at,
+            |view| view.triangle(corners(fields), SHADOW_T_MAX),
+            |view| view.beside::<3>(corners(fields)).bits(),
+        )
     }
 
     #[inline(always)]
     fn quad(&mut self, group: usize, at: (&Turned, usize), fields: &[f32; 12]) -> bool {
-        self.meet(group, at, |view| view.quad(corners(fields), SHADOW_T_MAX))
+        self.meet(
+            group,
+            at,
+            |view| view.quad(corners(fields), SHADOW_T_MAX),
+            |view| view.beside::<4>(corners(fields)).bits(),
+        )
     }
 
     #[inline(always)]
     fn sphere(&mut self, group: usize, at: (&Turned, usize), fields: &[f32; 4]) -> bool {
         let [x, y, z, radius] = *fields;
-        self.meet(group, at, |view| view.sphere([x, y, z], radius, SHADOW_T_MAX))
+        self.meet(group, at, |view| view.sphere([x, y, z], radius, SHADOW_T_MAX), |_| 0)
     }
 }
 
