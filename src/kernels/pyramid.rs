@@ -162,12 +162,12 @@ impl<F: Lanes> Pyramids<F> {
             let [x, y, z] = sub(corner.map(F::splat), self.apex);
             distance = (x.abs() + y.abs() + z.abs()).max(distance);
             for (highest, (normal, _)) in highest.iter_mut().zip(&self.sides) {
-                // The product comes second: then a NaN, of an unsure side, stays.
                 *highest = highest.max(dot(*normal, [x, y, z]));
             }
         }
         let mut beside = F::mask(0);
         for (highest, (_, off)) in highest.into_iter().zip(self.sides) {
+            // Of an unsure side `off` is NaN, and of an overflow the distance is infinite.
             beside = beside | highest.lt(-(distance * (F::splat(EDGE_MARGIN) + off)));
         }
         beside
