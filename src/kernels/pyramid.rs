@@ -9,6 +9,8 @@
 //! lie on. A margin covers the rounding of this file, of the kernel, and of the samples' own
 //! positions; a volume within it gives no verdict. Written so that NaN gives none, too.
 
+mod clear;
+
 use super::vectors::{add, cross, dot, sub};
 use crate::simd::{LaneMask, Lanes};
 

@@ -83,14 +83,15 @@ impl Views {
         }
     }
 
-    /// Settles the points of a group whose shafts a primitive may reach. True if it does any.
+    /// Settles the points of a group whose shafts a primitive may reach; where the verdict is unsure, `again`
+    /// says which points it misses all the same, and is told whether to be thorough. True if it settles any.
     #[inline(always)]
     fn meet(
         &mut self,
         index: usize,
         (boxes, slot): (&Turned, usize),
         verdict: impl FnOnce(&Pyramids<F32x16>) -> Verdict<F32x16>,
-        beside: impl FnOnce(&Pyramids<F32x16>) -> u32,
+        again: impl FnOnce(&Pyramids<F32x16>, bool) -> u32,
     ) -> bool {
         self.tests += 1;
         let group = &mut self.groups[index];
@@ -100,15 +101,14 @@ impl Views {
         }
         let verdict = verdict(&group.view);
         let mut reached = points & !verdict.missed.bits();
-        let unsure = reached & !verdict.covered.bits();
-        if self.thorough && unsure != 0 {
-            let beside = unsure & beside(&group.view);
-            reached &= !beside;
-            group.unsure |= unsure & !beside;
-        } else {
-            group.unsure |= unsure;
+        let mut unsure = reached & !verdict.covered.bits();
+        if unsure != 0 {
+            let missed = unsure & again(&group.view, self.thorough);
+            reached &= !missed;
+            unsure &= !missed;
         }
         group.live &= !reached;
+        group.unsure |= unsure;
         self.live &= !(u32::from(group.live == 0) << index);
         reached != 0
     }
@@ -127,28 +127,43 @@ impl Party for Views {
 
     #[inline(always)]
     fn triangle(&mut self, group: usize, at: (&Turned, usize), fields: &[f32; 9]) -> bool {
+        let own: [_; 3] = corners(fields);
         self.meet(
             group,
             at,
-            |view| view.triangle(corners(fields), SHADOW_T_MAX),
-            |view| view.beside::<3>(corners(fields)).bits(),
+            |view| view.triangle(own, SHADOW_T_MAX),
+            |view, thorough| {
+                // Of the surface that they lie on, mostly.
+                let clear = view.clear_of_triangle(own, SHADOW_T_MAX).bits();
+                if thorough { clear | view.beside(own).bits() } else { clear }
+            },
         )
     }
 
     #[inline(always)]
     fn quad(&mut self, group: usize, at: (&Turned, usize), fields: &[f32; 12]) -> bool {
+        let own: [_; 4] = corners(fields);
         self.meet(
             group,
             at,
-            |view| view.quad(corners(fields), SHADOW_T_MAX),
-            |view| view.beside::<4>(corners(fields)).bits(),
+            |view| view.quad(own, SHADOW_T_MAX),
+            |view, thorough| {
+                let clear = view.clear_of_quad(own, SHADOW_T_MAX).bits();
+                if thorough { clear | view.beside(own).bits() } else { clear }
+            },
         )
     }
 
     #[inline(always)]
     fn sphere(&mut self, group: usize, at: (&Turned, usize), fields: &[f32; 4]) -> bool {
         let [x, y, z, radius] = *fields;
-        self.meet(group, at, |view| view.sphere([x, y, z], radius, SHADOW_T_MAX), |_| 0)
+        let center = [x, y, z];
+        self.meet(
+            group,
+            at,
+            |view| view.sphere(center, radius, SHADOW_T_MAX),
+            |view, _| view.clear_of_sphere(center, radius).bits(),
+        )
     }
 }
 
