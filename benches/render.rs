@@ -9,7 +9,7 @@
 //! The table has pictures of 1024 x 1024 with one ray a pixel: the Cornell box with 16 and 64 shadow
 //! rays a point, a mesh on a plane and the dense scan of a million triangles with 16. Everything but
 //! tracing should take less than a fifth: camera rays, shading, sums, placing samples (which the shadow
-//! phase does; measured apart, as if every point asked for its samples), and the file.
+//! phase does; measured apart, for as many points as asked for theirs), and the file.
 
 // Output for people is what a bench is for.
 #![allow(clippy::print_stdout)]
@@ -131,7 +131,7 @@ fn phases_of(name: &str, scene: &Scene, camera: &Camera, (side, samples): (u32, 
         let start = Instant::now();
         file.write(&image).expect("the picture can be written");
         let file = start.elapsed().as_secs_f64();
-        let placing = placing(stats.shadow_rays, samples);
+        let placing = placing(stats.placed_samples, samples);
         let phases = stats.phases;
         let all = stats.wall_seconds + file;
         let values = [

@@ -1,7 +1,7 @@
 //! Pictures of scenes: a client of the queries, in tiles.
 //!
-//! A worker renders one tile of 32 x 32 pixels at a time in an arena of its own that it resets for
-//! each. Inside, a tile is a small wavefront (`tile`, `wave`): up to 1,024 camera rays as one SoA
+//! A worker renders one tile of 64 x 64 pixels at a time in arrays of its own that it uses again for
+//! each. Inside, a tile is a small wavefront (`tile`, `wave`): up to 4,096 camera rays as one SoA
 //! batch (`camera`), the surfaces that they hit, sixteen side by side (`shade`), which part of each
 //! light they see (`shadows`), and the mirror rays packed together for the next round, until none is
 //! left.

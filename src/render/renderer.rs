@@ -11,7 +11,7 @@ use bumpalo::Bump;
 
 use crate::render::frame::{Aov, Crop, Frame};
 use crate::render::stats::{Lap, RenderStats};
-use crate::render::tile::{TILE_SIDE, render_tile, tile_counts};
+use crate::render::tile::{TileRenderer, Tiling};
 use crate::render::{Image, RenderError};
 use crate::scene::{Camera, Scene, Settings};
 
@@ -132,35 +132,37 @@ impl<'a> Renderer<'a> {
         let (area, width) = (&frame.area, frame.area.width() as usize);
         let mut image = Image::new(area.width(), area.height(), frame.aov)?;
         image.depth_range = frame.depth_range();
-        let (across, down) = tile_counts(area);
+        let threads = rayon::current_num_threads();
+        let tiling = Tiling::new(*area, threads);
+        let (across, down) = tiling.counts();
         let tiles = across * down;
-        let workers = rayon::current_num_threads().min(tiles as usize);
+        let workers = threads.min(tiles as usize);
 
         let bands: Vec<_> =
-            image.pixels.chunks_mut(width * TILE_SIDE as usize).map(Mutex::new).collect();
+            image.pixels.chunks_mut(width * tiling.side as usize).map(Mutex::new).collect();
         let next_tile = AtomicU32::new(0);
         let total = Mutex::new((RenderStats::default(), 0));
         let work = || {
-            let mut arena = Bump::new();
+            let arena = Bump::new();
+            let mut tile = TileRenderer::new_in(frame, tiling, &arena);
             loop {
                 let index = next_tile.fetch_add(1, Ordering::Relaxed);
                 if index >= tiles {
                     break;
                 }
                 let mut stats = RenderStats::default();
-                let Ok(tile) = render_tile(frame, index, &arena, &mut stats) else {
+                if tile.render(frame, index, &mut stats).is_err() {
                     break;
-                };
+                }
                 let mut lap = Lap::start();
                 let row = index / across;
                 let mut band = bands[row as usize].lock().unwrap_or_else(PoisonError::into_inner);
                 for (&[x, y], color) in tile.places.iter().zip(&tile.colors) {
-                    let (x, y) = (x - area.x0, y - area.y0 - row * TILE_SIDE);
+                    let (x, y) = (x - area.x0, y - area.y0 - row * tiling.side);
                     band[y as usize * width + x as usize] = color.to_array();
                 }
-                drop((band, tile));
+                drop(band);
                 stats.phases.film += lap.seconds();
-                arena.reset();
 
                 let mut total = total.lock().unwrap_or_else(PoisonError::into_inner);
                 total.0.add(&stats);

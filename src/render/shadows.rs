@@ -4,6 +4,8 @@
 //! light gives nothing, because it is behind them or black, are left out. Samples below the plane of
 //! the surface count as unseen. A point's samples are placed only if the query asks for them.
 
+use std::sync::atomic::{AtomicU64, Ordering};
+
 use bumpalo::Bump;
 use glam::Vec3;
 
@@ -38,6 +40,8 @@ struct PathSets<'a> {
     count: u32,
     /// Any set of so many points.
     set: StratifiedSet,
+    /// How many points have asked for theirs.
+    asked: AtomicU64,
 }
 
 impl LightSamples for PathSets<'_> {
@@ -50,6 +54,8 @@ impl LightSamples for PathSets<'_> {
     }
 
     fn place(&self, point: usize, u: &mut [f32], v: &mut [f32]) {
+        // One thread asks: this is no place where others could come between.
+        self.asked.store(self.asked.load(Ordering::Relaxed) + 1, Ordering::Relaxed);
         let key = self.paths.key(self.path[point]).dimension(self.dimension);
         self.set.named(key).fill(0, u, v);
     }
@@ -97,18 +103,20 @@ impl<'b> ShadowBatch<'b> {
         let path = &self.path[..len];
         let dimension = light_dimension(bounce, index, lights.len());
         let set = StratifiedSet::new(SampleKey::new(0, 0, 0, 0), count);
-        let samples = PathSets { paths, path, dimension, count, set };
+        let asked = AtomicU64::new(0);
+        let samples = PathSets { paths, path, dimension, count, set, asked };
         let [x, y, z] = self.position.each_ref().map(|part| &part[..len]);
         let [nx, ny, nz] = self.normal.each_ref().map(|part| &part[..len]);
-        let asked = Points::new(x, y, z)
+        let answered = Points::new(x, y, z)
             .and_then(|points| points.with_normals(nx, ny, nz))
             .and_then(|points| {
                 let fraction = &mut self.fraction[..len];
                 frame.scene.visibility(&points, &light.shape, &samples, fraction)
             });
-        debug_assert!(asked.is_ok(), "all arrays have an entry a point");
+        debug_assert!(answered.is_ok(), "all arrays have an entry a point");
         stats.phases.shadow += lap.seconds();
         stats.shadow_rays += len as u64 * u64::from(count);
+        stats.placed_samples += samples.asked.into_inner() * u64::from(count);
 
         let [r, g, b] = self.gain.each_ref().map(|part| &part[..len]);
         for (point, &fraction) in self.fraction[..len].iter().enumerate() {

@@ -12,6 +12,9 @@ pub struct RenderStats {
     /// Samples of lights that points look at, those among them that are settled without a ray. Lights
     /// that give a point nothing are not looked at and not counted.
     pub shadow_rays: u64,
+    /// Those among them that had to be placed on the light: the samples of points that are not settled
+    /// without a ray.
+    pub placed_samples: u64,
     /// Seconds of each phase, summed over the threads.
     pub phases: PhaseSeconds,
     /// Seconds from the first tile to the finished picture.
@@ -51,6 +54,7 @@ impl RenderStats {
         self.primary_rays += other.primary_rays;
         self.mirror_rays += other.mirror_rays;
         self.shadow_rays += other.shadow_rays;
+        self.placed_samples += other.placed_samples;
         self.phases.camera += other.phases.camera;
         self.phases.intersect += other.phases.intersect;
         self.phases.shade += other.phases.shade;

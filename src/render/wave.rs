@@ -1,4 +1,4 @@
-//! A wave: up to 1,024 camera rays and all that follows from them, round by round.
+//! A wave: up to 4,096 camera rays and all that follows from them, round by round.
 //!
 //! A round intersects its rays as one batch, turns sixteen hits at a time into points (`shade`), lights
 //! those (`shadows`), and packs the rays of mirrors together as the next round. A path is a camera ray
@@ -19,10 +19,10 @@ use crate::render::shadows::ShadowBatch;
 use crate::render::stats::{Lap, RenderStats};
 use crate::scene::LANES;
 
-/// The most camera rays in a wave: four traversal tiles, so that all arrays stay in the cache.
-pub(super) const WAVE_RAYS: usize = 1024;
+/// The most camera rays in a wave: sixteen traversal tiles, so that all arrays stay in the second cache.
+pub(super) const WAVE_RAYS: usize = 4096;
 
-/// The arrays of a wave, used again by each wave of a tile.
+/// The arrays of a wave, used again by each wave of a worker.
 pub(super) struct Wave<'b> {
     camera: CameraRays<'b>,
     round: ArenaRays<'b>,

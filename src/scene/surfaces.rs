@@ -48,6 +48,8 @@ struct Found {
     smooth: u32,
     normals: [[f32; LANES]; 9],
     material: [u32; LANES],
+    /// The primitive's unit normal, if all hit the same one and it is flat.
+    shared_normal: Option<Vec3>,
 }
 
 impl SurfaceLanes {
@@ -85,10 +87,10 @@ impl Scene {
             normal = each(|axis| Lanes::select(mask, new_normal[axis], normal[axis]));
         };
         if found.triangles != 0 {
-            put(found.triangles, triangles(at, &found.fields));
+            put(found.triangles, triangles(at, &found));
         }
         if found.quads != 0 {
-            put(found.quads, quads(at, &found.fields));
+            put(found.quads, quads(at, &found));
         }
         if found.spheres != 0 {
             put(found.spheres, spheres(at, &found.fields));
@@ -120,6 +122,7 @@ impl Scene {
             smooth: 0,
             normals: [[0.0; LANES]; 9],
             material: [self.geometries[first_geom as usize].material; LANES],
+            shared_normal: None,
         };
         let mut others = 0;
         for lane in 0..LANES {
@@ -128,6 +131,7 @@ impl Scene {
         }
         if others & at.mask == 0 {
             self.find(at, first, at.mask, &mut found);
+            found.shared_normal = self.flat_normal(first_geom, first_prim);
             for field in found.fields.iter_mut().chain(&mut found.normals) {
                 *field = [field[first]; LANES];
             }
@@ -189,7 +193,8 @@ impl Scene {
 
 /// Position, error, normal.
 #[inline(always)]
-fn triangles(at: &HitLanes<'_>, fields: &[[f32; LANES]; 12]) -> [Vectors; 3] {
+fn triangles(at: &HitLanes<'_>, found: &Found) -> [Vectors; 3] {
+    let fields = &found.fields;
     let (a, b, c) = (point(fields, 0), point(fields, 3), point(fields, 6));
     let w = F32x16::splat(1.0) - at.u - at.v;
     let part = |axis: usize| (a[axis] * w, b[axis] * at.u, c[axis] * at.v);
@@ -202,11 +207,12 @@ fn triangles(at: &HitLanes<'_>, fields: &[[f32; LANES]; 12]) -> [Vectors; 3] {
         let (a, b, c) = part(axis);
         (a.abs() + b.abs() + c.abs()) * F32x16::splat(gamma(9.0)) + retest
     });
-    [position, error, across(&from_to(&a, &b), &from_to(&a, &c))]
+    [position, error, flat_normal(found, &from_to(&a, &b), &from_to(&a, &c))]
 }
 
 #[inline(always)]
-fn quads(at: &HitLanes<'_>, fields: &[[f32; LANES]; 12]) -> [Vectors; 3] {
+fn quads(at: &HitLanes<'_>, found: &Found) -> [Vectors; 3] {
+    let fields = &found.fields;
     let corners = [point(fields, 0), point(fields, 3), point(fields, 6), point(fields, 9)];
     let [a, b, _, d] = &corners;
     let (edge_u, edge_v) = (from_to(a, b), from_to(a, d));
@@ -217,7 +223,16 @@ fn quads(at: &HitLanes<'_>, fields: &[[f32; LANES]; 12]) -> [Vectors; 3] {
         let magnitude = a + (b + a) * at.u + (d + a) * at.v;
         magnitude * F32x16::splat(gamma(9.0)) + retest
     });
-    [position, error, across(&edge_u, &edge_v)]
+    [position, error, flat_normal(found, &edge_u, &edge_v)]
+}
+
+/// The unit normals across two edges: doubles, with a root and divisions, that one primitive needs once.
+#[inline(always)]
+fn flat_normal(found: &Found, edge_u: &Vectors, edge_v: &Vectors) -> Vectors {
+    match found.shared_normal {
+        Some(normal) => each(|axis| F32x16::splat(normal[axis])),
+        None => across(edge_u, edge_v),
+    }
 }
 
 #[inline(always)]
