@@ -142,7 +142,8 @@ impl<'b> ArenaHits<'b> {
     /// `t`, `u` and `v` of sixteen hits.
     #[inline(always)]
     pub(super) fn places(&self, start: usize) -> [F32x16; 3] {
-        [&*self.t, &*self.u, &*self.v].map(|array| F32x16::load(&array[start..]))
+        let arrays = [&*self.t, &*self.u, &*self.v];
+        each(|place| F32x16::load(&arrays[place][start..]))
     }
 
     #[inline(always)]

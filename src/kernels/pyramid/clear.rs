@@ -20,8 +20,7 @@
 //! directions does.
 
 use super::{Pyramids, SMALLEST};
-use crate::kernels::vectors::sub;
-use crate::simd::Lanes;
+use crate::simd::{Lanes, each};
 
 /// `6 u` and `2 u`, and a little more for this file's own rounding and that of the normal.
 const FROM_CORNERS: f32 = 6.25 / (1 << 24) as f32;
@@ -42,7 +41,7 @@ impl<F: Lanes> Pyramids<F> {
     /// triangle's kernel finds none of them to meet it there.
     #[inline(never)]
     pub fn clear_of_triangle(&self, corners: [[f32; 3]; 3], t_max: f32) -> F::Mask {
-        let [a, b, c] = corners.map(|corner| corner.map(f64::from));
+        let [a, b, c]: [[f64; 3]; 3] = each(|corner| each(|axis| f64::from(corners[corner][axis])));
         let along = |to: [f64; 3]| [to[0] - a[0], to[1] - a[1], to[2] - a[2]];
         let (ab, ac) = (along(b), along(c));
         let part = |i: usize, j: usize| ab[i] * ac[j] - ab[j] * ac[i];
@@ -54,19 +53,19 @@ impl<F: Lanes> Pyramids<F> {
         if !known || sides[0] < f64::from(SMALLEST) {
             return F::mask(0);
         }
-        let normal = normal.map(|part| part / length);
+        let normal: [f64; 3] = each(|axis| normal[axis] / length);
         let height = self.in_doubles(|apex| {
             let [x, y, z] = along(apex);
             normal[0] * x + normal[1] * y + normal[2] * z
         });
 
-        let normal = normal.map(|part| F::splat(part as f32));
-        let corners = corners.map(|corner| sub(corner.map(F::splat), self.apex));
+        let normal: [F; 3] = each(|axis| F::splat(normal[axis] as f32));
         let reach = |axis: usize| {
-            corners[0][axis].abs().max(corners[1][axis].abs()).max(corners[2][axis].abs())
+            let far = |corner: usize| (F::splat(corners[corner][axis]) - self.apex[axis]).abs();
+            far(0).max(far(1)).max(far(2))
         };
         let (x, y, z) = (reach(0), reach(1), reach(2));
-        let size = normal.map(F::abs);
+        let size: [F; 3] = each(|axis| normal[axis].abs());
         let tilted = size[0] * x + size[1] * y + size[2] * z;
         let needed = (size[0] + size[1] + size[2]) * x.max(y).max(z) * F::splat(FROM_CORNERS)
             + tilted * F::splat(FROM_NORMAL);
@@ -93,14 +92,14 @@ impl<F: Lanes> Pyramids<F> {
         if radius < SMALLEST {
             return F::mask(0);
         }
-        let [x, y, z] = center.map(f64::from);
+        let [x, y, z]: [f64; 3] = each(|axis| f64::from(center[axis]));
         let square = f64::from(radius) * f64::from(radius);
         let outside = self.in_doubles(|apex| {
             let from = [apex[0] - x, apex[1] - y, apex[2] - z];
             let far = from[0] * from[0] + from[1] * from[1] + from[2] * from[2];
             far - square - (far + square) * OUTSIDE
         });
-        let out = sub(self.apex, center.map(F::splat));
+        let out: [F; 3] = each(|axis| self.apex[axis] - F::splat(center[axis]));
         let (low, _) = self.products(out);
         outside.gt(F::splat(0.0)) & low.gt(self.product_error(out) * F::splat(2.0))
     }
@@ -108,14 +107,14 @@ impl<F: Lanes> Pyramids<F> {
     /// What `of` gives for each point, in a loop without branches that is compiled to registers of doubles.
     #[inline(always)]
     fn in_doubles(&self, of: impl Fn([f64; 3]) -> f64) -> F {
-        let mut apex = [[0.0; MAX_LANES]; 3];
-        for (lanes, part) in apex.iter_mut().zip(self.apex) {
-            part.store(lanes);
-        }
+        let apex: [[f32; MAX_LANES]; 3] = each(|axis| {
+            let mut lanes = [0.0; MAX_LANES];
+            self.apex[axis].store(&mut lanes);
+            lanes
+        });
         let mut values = [0.0; MAX_LANES];
         for lane in 0..F::LANES {
-            let point = [apex[0][lane], apex[1][lane], apex[2][lane]];
-            values[lane] = of(point.map(f64::from)) as f32;
+            values[lane] = of(each(|axis| f64::from(apex[axis][lane]))) as f32;
         }
         F::load(&values)
     }

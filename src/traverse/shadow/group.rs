@@ -3,7 +3,7 @@
 use super::{AreaLight, Query};
 use crate::kernels::{Beam, BeamAxes, Bounds, Pyramids, beam_margin};
 use crate::points::{LightSamples, Points};
-use crate::simd::{F32x16, LaneMask, Lanes};
+use crate::simd::{F32x16, LaneMask, Lanes, each};
 
 /// How many points a group has.
 pub(super) const LANES: usize = 16;
@@ -104,7 +104,7 @@ impl PointGroup {
         aim: &Aim,
     ) -> Self {
         let load = |from: &[f32]| loaded(from, start, count);
-        let apex = query.points.position.map(load);
+        let apex = each(|axis| load(query.points.position[axis]));
         let turned = aim.axes.turn(apex);
         let corners = aim.light.corners().map(|corner| {
             let corner = aim.axes.turn(corner.map(F32x16::splat));
@@ -129,7 +129,7 @@ impl PointGroup {
         let (faces, hidden) = match query.points.normal {
             None => (all, 0),
             Some(normal) => {
-                let normal = normal.map(load);
+                let normal = each(|axis| load(normal[axis]));
                 let (low, high) = view.products(normal);
                 let error = view.product_error(normal);
                 (Lanes::gt(low, error).bits(), Lanes::lt(high, -error).bits())
