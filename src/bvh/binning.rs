@@ -21,29 +21,43 @@ pub(super) trait Binned: Copy + Send + Sync {
     fn center(&self) -> Vec4;
     /// How many primitives it stands for.
     fn weight(&self) -> u32;
+    /// Half the surface of its box, scaled; 0 if it stands for more than one primitive.
+    #[inline(always)]
+    fn lone_area(&self, area_scale: f32) -> f32 {
+        if self.weight() == 1 { self.signed_box().half_area(area_scale) } else { 0.0 }
+    }
 }
 
-/// The boxes around a range's primitives and around their centres.
+/// What is known of a range's primitives.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Range {
+    /// The box around them,
     pub(super) bounds: SignedBox,
+    /// and the one around their centres.
     pub(super) centers: SignedBox,
+    /// None of them has a [`Binned::lone_area`] above this; infinite as long as nobody has looked.
+    pub(super) largest: f32,
 }
 
 impl Range {
     pub(super) fn empty() -> Self {
-        Self { bounds: SignedBox::empty(), centers: SignedBox::empty() }
+        Self { bounds: SignedBox::empty(), centers: SignedBox::empty(), largest: f32::INFINITY }
     }
 
     pub(super) fn of(primitives: &[impl Binned]) -> Self {
         primitives.iter().fold(Self::empty(), |all, one| Self {
             bounds: all.bounds.union(one.signed_box()),
             centers: all.centers.union(SignedBox::of_point(one.center())),
+            ..all
         })
     }
 
     pub(super) fn union(self, other: Self) -> Self {
-        Self { bounds: self.bounds.union(other.bounds), centers: self.centers.union(other.centers) }
+        Self {
+            bounds: self.bounds.union(other.bounds),
+            centers: self.centers.union(other.centers),
+            largest: self.largest.max(other.largest),
+        }
     }
 }
 
@@ -107,7 +121,12 @@ impl<const N: usize> Bins<N> {
 
     /// The split with the smallest `area * count` of both sides; `None` if one bin has them all.
     #[inline(always)]
-    pub(super) fn cheapest_split(&self, grid: &Grid, area_scale: f32) -> Option<Split> {
+    pub(super) fn cheapest_split(
+        &self,
+        grid: &Grid,
+        largest: f32,
+        area_scale: f32,
+    ) -> Option<Split> {
         let mut best = (0, 0);
         let mut best_cost = f32::INFINITY;
         let mut best_left = SignedBox::empty();
@@ -141,7 +160,8 @@ impl<const N: usize> Bins<N> {
         }
         let mut limit = [0.0; 4];
         limit[best.0] = INTEGER + best.1 as f32;
-        Some(Split { grid: *grid, limit: limit.into(), bounds: [best_left, best_right] })
+        let bounds = [best_left, best_right];
+        Some(Split { grid: *grid, limit: limit.into(), bounds, largest })
     }
 }
 
@@ -179,7 +199,7 @@ fn binned<B: Binned, const N: usize>(
     } else {
         Bins::of(primitives, &grid)
     };
-    bins.cheapest_split(&grid, area_scale)
+    bins.cheapest_split(&grid, range.largest, area_scale)
 }
 
 /// A plane between two bins of one axis.
@@ -189,6 +209,8 @@ pub(super) struct Split {
     /// The first bin of the right side on the plane's axis, 0 on the others.
     limit: Vec4,
     bounds: [SignedBox; 2],
+    /// The [`Range::largest`] of the whole.
+    largest: f32,
 }
 
 impl Split {
@@ -222,7 +244,11 @@ impl Split {
     }
 
     pub(super) fn ranges(&self, centers: [SignedBox; 2]) -> [Range; 2] {
-        let range = |side: usize| Range { bounds: self.bounds[side], centers: centers[side] };
+        let range = |side: usize| Range {
+            bounds: self.bounds[side],
+            centers: centers[side],
+            largest: self.largest,
+        };
         [range(0), range(1)]
     }
 }

@@ -17,6 +17,7 @@ use super::binning::{self, Range};
 use super::clusters::{self, Sorted};
 use super::crown::Bunch;
 use super::node::MAX_LEAF;
+use super::outsized;
 use super::plan::{self, Costs};
 use super::primitive::BuildPrimitive;
 use super::quality::BuildQuality;
@@ -177,7 +178,7 @@ impl Builder<'_> {
     fn split(
         &self,
         primitives: &mut [BuildPrimitive],
-        range: Range,
+        mut range: Range,
         depth: usize,
     ) -> Option<(usize, [Range; 2])> {
         let count = primitives.len();
@@ -186,10 +187,13 @@ impl Builder<'_> {
         if self.leaf_fits(primitives) {
             return None;
         }
-        if depth < SAH_DEPTH
-            && let Some(split) = binning::cheapest_split(primitives, range, self.area_scale)
-        {
-            return Some(split.partition(primitives));
+        if depth < SAH_DEPTH {
+            if let Some(parts) = outsized::part(primitives, &mut range, self.area_scale) {
+                return Some(parts);
+            }
+            if let Some(split) = binning::cheapest_split(primitives, range, self.area_scale) {
+                return Some(split.partition(primitives));
+            }
         }
         // All centres in one bin, or too deep for the heuristic: halve what is too large.
         let by_kind = count <= MAX_LEAF || !(SAH_DEPTH..MAX_DEPTH - 4).contains(&depth);

@@ -7,7 +7,7 @@
 
 use std::sync::atomic::{AtomicU32, Ordering};
 
-use glam::Vec4;
+use glam::{Vec4, Vec4Swizzles};
 use rayon::prelude::*;
 
 use super::binning::{Binned, INTEGER, Range};
@@ -17,6 +17,9 @@ use super::primitive::{BuildPrimitive, SignedBox};
 const PER_CELL: usize = 2;
 /// There are never more cells: their counters are to stay in a core's own cache.
 const MAX_CELLS: usize = 1 << 19;
+/// A primitive longer than so many cells is a cluster of its own: the box of its cell would be as large.
+/// With 1 and 4 in its place the SAH cost differs by 0.003 of it at most.
+const LONGEST: f32 = 2.0;
 /// There are never more cells along one axis.
 const MAX_ALONG: f64 = 1024.0;
 
@@ -51,16 +54,20 @@ impl Binned for Cluster {
     }
 }
 
-/// The primitives cell by cell, and the cells that have any. `range` is that of all.
+/// The primitives cell by cell, then those that are too long, which have a cluster each. `range` is that
+/// of all.
 pub(super) fn sort(primitives: &[BuildPrimitive], range: Range) -> Sorted {
     let cells = Cells::new(range.centers, primitives.len());
     let part = primitives.len().div_ceil(parts(primitives.len()));
     let mut cell_of = Vec::new();
-    primitives.par_iter().map(|one| cells.cell(one.center())).collect_into_vec(&mut cell_of);
+    let cell = |one: &BuildPrimitive| {
+        if cells.suit(one) { cells.cell(one.center()) } else { cells.len() as u32 }
+    };
+    primitives.par_iter().map(cell).collect_into_vec(&mut cell_of);
     let mut places: Vec<Vec<u32>> = cell_of
         .par_chunks(part)
         .map(|part| {
-            let mut counts = vec![0; cells.len()];
+            let mut counts = vec![0; cells.len() + 1];
             part.iter().for_each(|&cell| counts[cell as usize] += 1);
             counts
         })
@@ -69,12 +76,14 @@ pub(super) fn sort(primitives: &[BuildPrimitive], range: Range) -> Sorted {
     // Counts become the places where each part's primitives of each cell start.
     let mut runs = Vec::new();
     let mut next = 0;
-    for cell in 0..cells.len() {
+    for cell in 0..=cells.len() {
         let first = next;
         for part in &mut places {
             next += std::mem::replace(&mut part[cell], next);
         }
-        if next > first {
+        if cell == cells.len() {
+            runs.extend((first..next).map(|place| (place, 1)));
+        } else if next > first {
             runs.push((first, next - first));
         }
     }
@@ -113,6 +122,7 @@ struct Cells {
     scale: Vec4,
     last: Vec4,
     along: [u32; 3],
+    side: f32,
 }
 
 impl Cells {
@@ -136,11 +146,18 @@ impl Cells {
             scale: Vec4::new(scale[0], scale[1], scale[2], 0.0),
             last: Vec4::new(last[0], last[1], last[2], INTEGER),
             along: along.map(|along| along as u32),
+            side: side as f32,
         }
     }
 
     fn len(&self) -> usize {
         self.along.iter().product::<u32>() as usize
+    }
+
+    /// False if this one is too long to be put with others.
+    #[inline(always)]
+    fn suit(&self, one: &BuildPrimitive) -> bool {
+        !(one.signed_box().min_and_size().1.xyz().max_element() > LONGEST * self.side)
     }
 
     #[inline(always)]

@@ -7,6 +7,7 @@ use super::binary::{BinaryNode, BinaryTree};
 use super::binning::{self, Range};
 use super::build::{Builder, SAH_DEPTH, TREELET};
 use super::clusters::Cluster;
+use super::outsized;
 use super::plan::{self, Costs};
 use super::primitive::BuildPrimitive;
 
@@ -108,6 +109,9 @@ impl Builder<'_> {
         let few = bunch.clusters.len() < FEW_CLUSTERS || bunch.primitives.len() <= FEW_PRIMITIVES;
         if few || bunch.depth >= SAH_DEPTH {
             return None;
+        }
+        if let Some(parts) = outsized::part(bunch.clusters, &mut bunch.range, self.area_scale) {
+            return Some(parts);
         }
         let split = binning::cheapest_split(bunch.clusters, bunch.range, self.area_scale)?;
         Some(split.partition(bunch.clusters))

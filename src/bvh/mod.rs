@@ -24,6 +24,7 @@ mod marks;
 mod node;
 mod order;
 mod outlook;
+mod outsized;
 mod plan;
 mod primitive;
 mod quality;
