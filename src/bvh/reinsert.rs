@@ -8,7 +8,8 @@
 use rayon::prelude::*;
 
 use super::binary::{BinaryNode, BinaryTree, Cursor};
-use super::build::MAX_DEPTH;
+use super::build::{MAX_DEPTH, one_kind};
+use super::node::MAX_LEAF;
 use super::plan::{self, Costs};
 use super::primitive::{BuildPrimitive, SignedBox};
 use super::watch::{Cancelled, Watch};
@@ -32,7 +33,7 @@ pub(super) fn improve(
     area_scale: f32,
     watch: &Watch<'_>,
 ) -> Result<(), Cancelled> {
-    let mut loose = Loose { area_scale, ..Loose::default() };
+    let mut loose = Loose { area_scale, mixed: tree.mixed, ..Loose::default() };
     loose.take(tree.root(), u32::MAX);
     for round in 1..=ROUNDS {
         watch.check()?;
@@ -67,6 +68,7 @@ struct LooseNode {
 struct Loose {
     nodes: Vec<LooseNode>,
     area_scale: f32,
+    mixed: bool,
 }
 
 /// Where a node had better be: beside `target`.
@@ -250,7 +252,12 @@ impl Loose {
             nodes[place].second = (nodes.len() - place) as u32;
             let right = self.give(children[1], depth + 1, primitives, order, nodes)?;
             nodes[place].count = (order.len() - start) as u32;
-            plan::fork(area, &left, &right)
+            let below = &order[start..];
+            if below.len() <= MAX_LEAF && (!self.mixed || one_kind(below, below[0])) {
+                plan::fork_or_leaf(area, &left, &right, below.len())
+            } else {
+                plan::fork(area, &left, &right)
+            }
         };
         nodes[place].plan = plan;
         Some(costs)
