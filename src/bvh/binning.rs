@@ -21,7 +21,7 @@ pub(super) trait Binned: Copy + Send + Sync {
     fn center(&self) -> Vec4;
     /// How many primitives it stands for.
     fn weight(&self) -> u32;
-    /// Half the surface of its box, scaled; 0 if it stands for more than one primitive.
+    /// Half the surface of its box, scaled; 0 if it stands for things that can be parted.
     #[inline(always)]
     fn lone_area(&self, area_scale: f32) -> f32 {
         if self.weight() == 1 { self.signed_box().half_area(area_scale) } else { 0.0 }

@@ -2,15 +2,18 @@
 //! construction on GPUs").
 //!
 //! A centre's place is the number of its cell on the curve. Cells are cubes; an axis along which the
-//! scene is shorter has fewer bits, so that a flat scene has as many cells as another.
+//! scene is shorter has fewer bits, so that a flat scene has as many cells as another. Primitives as long
+//! as half of the scene come after all others, since the boxes of their neighbours would get as large
+//! (Vinkler, Bittner, Havran 2017, "Extended Morton codes for high performance bounding volume hierarchy
+//! construction").
 
 use glam::Vec4;
 
 use super::binning::INTEGER;
 use super::primitive::SignedBox;
 
-/// The most bits of a place.
-pub(super) const BITS: u32 = 22;
+/// The most bits of a cell's number.
+pub(super) const MOST_BITS: u32 = 30;
 
 /// The most bits of one axis.
 const MOST_ALONG: u32 = 16;
@@ -24,6 +27,9 @@ pub(super) struct Curve {
     origin: Vec4,
     scale: Vec4,
     last: Vec4,
+    /// What is longer comes after all others, by this bit.
+    long: Vec4,
+    after: u32,
     /// How many bits all axes have, and how many two.
     shared: [u32; 2],
     /// For each axis which of its bits it shares with all and with one other,
@@ -33,8 +39,8 @@ pub(super) struct Curve {
 }
 
 impl Curve {
-    /// The curve through a box around all centres.
-    pub(super) fn new(centers: SignedBox) -> Self {
+    /// The curve through a box around all centres, with cells whose numbers have at most so many bits.
+    pub(super) fn new(centers: SignedBox, most_bits: u32) -> Self {
         let (origin, size) = centers.min_and_size();
         let sizes = [size.x, size.y, size.z].map(|size| f64::from(size).min(1e39));
         let largest = sizes.into_iter().fold(f64::MIN_POSITIVE, f64::max);
@@ -42,7 +48,8 @@ impl Curve {
             let cells = sizes.map(|size| size / largest * f64::from(along).exp2());
             cells.map(|cells| cells.max(1.0).log2().ceil() as u32)
         };
-        let along = (1..=MOST_ALONG).rev().find(|&along| bits(along).iter().sum::<u32>() <= BITS);
+        let along =
+            (1..=MOST_ALONG).rev().find(|&along| bits(along).iter().sum::<u32>() <= most_bits);
         let along = along.unwrap_or(1);
         let bits = bits(along);
         let scale = (f64::from(along).exp2() / largest).min(1e37) as f32;
@@ -62,7 +69,15 @@ impl Curve {
             }
         }
         let scale = Vec4::new(scale, scale, scale, 0.0);
-        Self { origin, scale, last, shared, masks, turns }
+        let long = (0.5 * largest).min(1e38) as f32;
+        let long = Vec4::new(long, long, long, f32::INFINITY);
+        Self { origin, scale, last, long, after: 1 << most_bits, shared, masks, turns }
+    }
+
+    /// A bit to be set in the place of a primitive with this box, if it is long.
+    #[inline(always)]
+    pub(super) fn after(&self, bounds: SignedBox) -> u32 {
+        if bounds.min_and_size().1.cmpgt(self.long).any() { self.after } else { 0 }
     }
 
     /// The places of some centres, which come axis by axis.
@@ -105,4 +120,26 @@ fn by_twos(bits: u32) -> u32 {
     let bits = (bits | bits << 4) & 0x0f0f_0f0f;
     let bits = (bits | bits << 2) & 0x3333_3333;
     (bits | bits << 1) & 0x5555_5555
+}
+
+#[cfg(test)]
+mod tests {
+    use glam::Vec3;
+
+    use super::*;
+    use crate::geometry::Aabb;
+
+    fn cube(side: f32) -> SignedBox {
+        SignedBox::of_aabb(&Aabb { min: Vec3::ZERO, max: Vec3::splat(side) })
+    }
+
+    #[test]
+    fn what_is_long_comes_after_all_others() {
+        for bits in [22, MOST_BITS] {
+            let curve = Curve::new(cube(1.0), bits);
+            let places = curve.places(&[[1.0; FEW]; 3]);
+            assert_eq!(curve.after(cube(0.4)), 0);
+            assert!(curve.after(cube(0.6)) > places[0], "{bits} bits");
+        }
+    }
 }

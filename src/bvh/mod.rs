@@ -2,8 +2,8 @@
 //! one kind in SoA arrays.
 //!
 //! `clusters` puts neighbours together, `crown` splits these, and `build` what is in them: a `binary`
-//! tree of `primitive` boxes by the surface area heuristic (`binning`), with a `plan` which of its
-//! nodes to keep. Its `quality` says how good it is: the best ends with `reinsert`, and the fastest is
+//! tree of `primitive` boxes by the surface area heuristic (`binning`), once what is `outsized` is out of
+//! the way, with a `plan` which of its nodes to keep. Its `quality` says how good it is: the best ends with `reinsert`, and the fastest is
 //! made another way: `marks` on a `curve`, put in `order`, make a `linear` tree with a `roof`.
 //! `collapse` turns either into `node`s of eight, whose `children` come in the order of their `outlook`. To
 //! `lay` primitives out in leaf order makes the `leaves`. A `watch` sees how far that is. `validate`

@@ -7,13 +7,15 @@ use super::PrimitiveSource;
 use super::binning::{Binned, Range};
 use super::build::CHUNK;
 use super::clusters::parts;
-use super::curve::{BITS, Curve, FEW};
+use super::curve::{Curve, FEW, MOST_BITS};
 use super::marks::Mark;
 use super::primitive::{BuildPrimitive, LEFT_OUT, PrimitiveKey, SignedBox};
 
-/// A place has so many digits: with three of 10 bits, trees are made later by 5%, and rays are as fast.
-const DIGITS: u32 = 2;
-const DIGIT: u32 = BITS / DIGITS;
+/// The bits of a digit; the last one has a bit more.
+const DIGIT: u32 = 11;
+
+/// More primitives get a third digit. With fewer, trees are made later by 5% for it, and rays are as fast.
+const MANY: usize = 1 << 21;
 
 /// The primitives in the order of the curve.
 pub(super) struct Sorted {
@@ -28,12 +30,14 @@ pub(super) struct Sorted {
 pub(super) fn sort(source: &impl PrimitiveSource, ids: usize) -> Sorted {
     // Centres are needed to place centres. If the guess is good, once is enough.
     let guess = SignedBox::of_aabb(&source.guess());
-    let (mut marks, survey) = mark(source, ids, &Curve::new(guess));
+    let digits = if ids > MANY { 3 } else { 2 };
+    let bits = (digits * DIGIT).min(MOST_BITS);
+    let (mut marks, survey) = mark(source, ids, &Curve::new(guess, bits));
     if survey.left_out > 0 || !survey.range.centers.nearly_fills(guess) {
         if survey.left_out == ids {
             marks.clear();
         } else {
-            marks = mark(source, ids, &Curve::new(survey.range.centers)).0;
+            marks = mark(source, ids, &Curve::new(survey.range.centers, bits)).0;
         }
         if survey.left_out > 0 {
             marks.retain(|mark| !mark.key().is_left_out());
@@ -41,8 +45,8 @@ pub(super) fn sort(source: &impl PrimitiveSource, ids: usize) -> Sorted {
     }
     let mut other = Vec::new();
     marks.par_iter().map(|_| Mark::new(0, PrimitiveKey::default())).collect_into_vec(&mut other);
-    for digit in 0..DIGITS {
-        by_digit(&marks, &other, digit * DIGIT);
+    for digit in 0..digits {
+        by_digit(&marks, &other, digit * DIGIT, digit + 1 == digits);
         std::mem::swap(&mut marks, &mut other);
     }
     Sorted { marks, range: survey.range, kinds: survey.kinds }
@@ -85,7 +89,7 @@ fn mark_few(boxes: &[BuildPrimitive], marks: &[Mark], curve: &Curve) {
         }
     }
     for ((one, mark), place) in boxes.iter().zip(marks).zip(curve.places(&centers)) {
-        mark.set(place, one.key());
+        mark.set(place | curve.after(one.signed_box()), one.key());
     }
 }
 
@@ -128,10 +132,11 @@ impl Survey {
 }
 
 /// Sorts `from` by one digit into `to`; what has the same digit keeps its order.
-fn by_digit(from: &[Mark], to: &[Mark], shift: u32) {
-    const VALUES: usize = 1 << DIGIT;
+fn by_digit(from: &[Mark], to: &[Mark], shift: u32, is_last: bool) {
+    const VALUES: usize = 2 << DIGIT;
     let part = from.len().div_ceil(parts(from.len())).max(1);
-    let digit = |mark: &Mark| (mark.place() >> shift) as usize % VALUES;
+    let values = if is_last { VALUES } else { VALUES / 2 };
+    let digit = |mark: &Mark| (mark.place() >> shift) as usize & (values - 1) & (VALUES - 1);
     let count = |part: &[Mark]| {
         let mut counts = [0_u32; VALUES];
         part.iter().for_each(|mark| counts[digit(mark)] += 1);
@@ -139,7 +144,7 @@ fn by_digit(from: &[Mark], to: &[Mark], shift: u32) {
     };
     let mut places: Vec<[u32; VALUES]> = from.par_chunks(part).map(count).collect();
     let mut next = 0;
-    for value in 0..VALUES {
+    for value in 0..values {
         for part in &mut places {
             next += std::mem::replace(&mut part[value], next);
         }

@@ -9,6 +9,7 @@ use glam::Vec4;
 use super::binary::BinaryNode;
 use super::binning::{self, Binned, Range};
 use super::build::MAX_DEPTH;
+use super::outsized;
 use super::plan::{self, Costs};
 use super::primitive::SignedBox;
 
@@ -43,6 +44,12 @@ impl Binned for Block {
     fn weight(&self) -> u32 {
         self.count
     }
+
+    /// A block stays together, so it can be outsized as a primitive can.
+    #[inline(always)]
+    fn lone_area(&self, area_scale: f32) -> f32 {
+        self.bounds.half_area(area_scale)
+    }
 }
 
 /// The nodes above the blocks, each after its parent and its elder siblings' children.
@@ -65,7 +72,7 @@ impl Roof {
     fn fill(
         &self,
         blocks: &mut [Block],
-        range: Range,
+        mut range: Range,
         depth: usize,
         nodes: &mut [BinaryNode],
     ) -> (u32, Costs) {
@@ -76,18 +83,7 @@ impl Roof {
         // Halved from here on it would be so deep. A split may leave all but one on one side, which
         // takes one more.
         let halved = depth + blocks.len().next_power_of_two().ilog2() as usize;
-        let split = if halved < self.most {
-            binning::cheapest_split(blocks, range, self.area_scale)
-        } else {
-            None
-        };
-        let (middle, ranges) = match split {
-            Some(split) => split.partition(blocks),
-            None => {
-                let (left, right) = blocks.split_at(blocks.len() / 2);
-                (left.len(), [Range::of(left), Range::of(right)])
-            }
-        };
+        let (middle, ranges) = self.split(blocks, &mut range, halved < self.most);
         let alone = blocks.len() <= ALONE;
         let (left, right) = blocks.split_at_mut(middle);
         let (root, below) = nodes.split_first_mut().expect("two nodes less one for each block");
@@ -100,5 +96,18 @@ impl Roof {
         let (count, second) = (left.0 + right.0, 2 * middle as u32);
         *root = BinaryNode { second, plan, ..BinaryNode::new(range.bounds, 0, count as usize) };
         (count, costs)
+    }
+    /// Partitions the blocks, by cost if they may: how many are of the first part, and both parts' boxes.
+    fn split(&self, blocks: &mut [Block], range: &mut Range, by_cost: bool) -> (usize, [Range; 2]) {
+        if by_cost {
+            if let Some(parts) = outsized::part(blocks, range, self.area_scale) {
+                return parts;
+            }
+            if let Some(split) = binning::cheapest_split(blocks, *range, self.area_scale) {
+                return split.partition(blocks);
+            }
+        }
+        let (left, right) = blocks.split_at(blocks.len() / 2);
+        (left.len(), [Range::of(left), Range::of(right)])
     }
 }

@@ -98,3 +98,53 @@ fn threads_do_not_change_the_tree() {
     };
     assert!(trees.iter().all(|tree| bits(tree) == bits(&trees[0])), "trees differ");
 }
+
+/// Small triangles side by side, and amid them, with ids between theirs, seven that are larger than all.
+struct Town;
+
+impl Town {
+    const SIDE: u32 = 512;
+    const PER_GROUND: u32 = 40_000;
+    const LEN: u32 = Self::SIDE * Self::SIDE;
+}
+
+impl PrimitiveSource for Town {
+    fn boxes(&self, first: u32, into: &mut [BuildPrimitive]) {
+        for (one, id) in into.iter_mut().zip(first..) {
+            *one = BuildPrimitive::of_triangle(&self.triangle(id), id);
+        }
+    }
+    fn triangle(&self, id: u32) -> [Vec3; 3] {
+        if id % Self::PER_GROUND == 9 {
+            let by = 0.1 * (id / Self::PER_GROUND) as f32;
+            return [(-1.0, -1.0), (2.0, -1.0), (-1.0, 2.0)]
+                .map(|(x, z)| Vec3::new(x + by, 0.0, z - by));
+        }
+        // At heights among which no plane parts the ground from them.
+        let height = (id * 7919 % 101) as f32 - 50.0;
+        let at = Vec3::new((id % Self::SIDE) as f32, height, (id / Self::SIDE) as f32);
+        [Vec3::ZERO, Vec3::X, Vec3::Y].map(|corner| (at + corner) / Self::SIDE as f32)
+    }
+    fn quad(&self, _: u32) -> [Vec3; 4] {
+        unreachable!("all are triangles")
+    }
+    fn sphere(&self, _: u32) -> (Vec3, f32) {
+        unreachable!("all are triangles")
+    }
+}
+
+#[test]
+fn no_box_is_large_for_few_primitives_in_it() {
+    let large = BuildQuality::ALL.map(|quality| {
+        let bvh = Bvh::build(Town::LEN as usize, &Town, quality, &Watch::new()).unwrap();
+        assert_eq!(bvh.validate(), Ok(()));
+        let slots = bvh.nodes.iter().flat_map(|node| (0..WIDTH).map(move |slot| (node, slot)));
+        slots
+            .filter(|&(node, slot)| {
+                let area = node.child_bounds(slot).half_area();
+                matches!(node.child(slot), Child::Inner(_)) && area > 0.5 * bvh.bounds.half_area()
+            })
+            .count()
+    });
+    assert_eq!(large, [0; 3], "large boxes in trees of each quality");
+}
