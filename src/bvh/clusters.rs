@@ -157,7 +157,7 @@ impl Cells {
     /// False if this one is too long to be put with others.
     #[inline(always)]
     fn suit(&self, one: &BuildPrimitive) -> bool {
-        !(one.signed_box().min_and_size().1.xyz().max_element() > LONGEST * self.side)
+        one.signed_box().min_and_size().1.xyz().max_element() <= LONGEST * self.side
     }
 
     #[inline(always)]
