@@ -1,7 +1,8 @@
 //! Work on many threads for a caller that holds the interpreter: one pool, and Ctrl-C.
 //!
-//! The calling thread always works too, and between two pieces of work it looks whether the user
-//! wants to stop: only the main thread of Python can tell.
+//! The calling thread works too, and between two pieces of work it looks whether the user wants to
+//! stop: only the main thread of Python can tell. It waits for the pool alone where the library shares
+//! the work out ([`run`]).
 
 use std::ops::Range;
 use std::sync::atomic::{AtomicBool, Ordering};

@@ -103,6 +103,15 @@ impl Scene {
         Ok(!course.ended.into_inner())
     }
 
+    /// True if the batch queries would sort these rays first (the first two million, if there are more): for
+    /// callers that would rather cut a batch into parts of their own, which are as fast if it is not sorted.
+    pub fn sorts_batch<'a>(&self, rays: impl Into<BatchRays<'a>>) -> bool {
+        let rays = rays.into();
+        spans(rays.len())
+            .next()
+            .is_some_and(|(start, end)| Sorted::is_worth(&rays.range(start, end), &self.bvh))
+    }
+
     fn intersect_spans(
         &self,
         rays: BatchRays<'_>,

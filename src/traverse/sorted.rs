@@ -67,12 +67,20 @@ pub(crate) struct Sorted {
 impl Sorted {
     /// Sorts the rays, on the rayon pool if `parallel`. `None` if that is not worth it.
     pub(crate) fn new(rays: &BatchRays<'_>, bvh: &Bvh, parallel: bool) -> Option<Self> {
+        Some(Self::by_keys(rays, &Self::worth(rays, bvh)?, parallel))
+    }
+
+    /// True if [`Sorted::new`] would sort the rays.
+    pub(crate) fn is_worth(rays: &BatchRays<'_>, bvh: &Bvh) -> bool {
+        Self::worth(rays, bvh).is_some()
+    }
+
+    /// What the rays are sorted by, if that is worth it.
+    fn worth(rays: &BatchRays<'_>, bvh: &Bvh) -> Option<Pencil> {
         let size = (bvh.bounds.max - bvh.bounds.min).max_element();
         let pencil = Pencil::of(rays, size)?;
-        if share_alone(bvh, Pencil::sample(rays).as_rays()) < LEAST_ALONE {
-            return None;
-        }
-        Some(Self::by_keys(rays, &pencil, parallel))
+        let alone = share_alone(bvh, Pencil::sample(rays).as_rays());
+        (alone >= LEAST_ALONE).then_some(pencil)
     }
 
     fn by_keys(rays: &BatchRays<'_>, pencil: &Pencil, parallel: bool) -> Self {
