@@ -13,7 +13,7 @@ use rayon::prelude::*;
 
 use super::PrimitiveSource;
 use super::binary::{BinaryNode, BinaryTree};
-use super::binning::{self, Range};
+use super::binning::Range;
 use super::clusters::{self, Sorted};
 use super::crown::Bunch;
 use super::node::MAX_LEAF;
@@ -195,13 +195,10 @@ impl Builder<'_> {
         if self.leaf_fits(primitives) {
             return None;
         }
-        if depth < SAH_DEPTH {
-            if let Some(parts) = outsized::part(primitives, &mut range, self.area_scale) {
-                return Some(parts);
-            }
-            if let Some(split) = binning::cheapest_split(primitives, range, self.area_scale) {
-                return Some(split.partition(primitives));
-            }
+        if depth < SAH_DEPTH
+            && let Some(parts) = outsized::split(primitives, &mut range, self.area_scale)
+        {
+            return Some(parts);
         }
         // All centres in one bin, or too deep for the heuristic: halve what is too large.
         let by_kind = count <= MAX_LEAF || !(SAH_DEPTH..MAX_DEPTH - 4).contains(&depth);

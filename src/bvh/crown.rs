@@ -4,7 +4,7 @@
 //! and [`Builder`] goes on with them one by one.
 
 use super::binary::{BinaryNode, BinaryTree};
-use super::binning::{self, Range};
+use super::binning::Range;
 use super::build::{Builder, SAH_DEPTH, TREELET};
 use super::clusters::Cluster;
 use super::outsized;
@@ -110,10 +110,6 @@ impl Builder<'_> {
         if few || bunch.depth >= SAH_DEPTH {
             return None;
         }
-        if let Some(parts) = outsized::part(bunch.clusters, &mut bunch.range, self.area_scale) {
-            return Some(parts);
-        }
-        let split = binning::cheapest_split(bunch.clusters, bunch.range, self.area_scale)?;
-        Some(split.partition(bunch.clusters))
+        outsized::split(bunch.clusters, &mut bunch.range, self.area_scale)
     }
 }

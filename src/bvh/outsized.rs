@@ -7,7 +7,7 @@
 
 use rayon::prelude::*;
 
-use super::binning::{Binned, Range};
+use super::binning::{self, Binned, Range};
 use super::build::CHUNK;
 use super::node::MAX_LEAF;
 
@@ -19,11 +19,26 @@ const SHARE: f32 = 0.25;
 /// full (from 9 on, rays of the mixed scene are 0.96 times as fast).
 const FEWEST: usize = 32;
 
+/// Partitions a range: the outsized from the others if there are some, else by the cheapest split. The size
+/// of its first part, and both parts' boxes; `None` if all centres are in one bin.
+#[inline(always)]
+pub(super) fn split<B: Binned>(
+    primitives: &mut [B],
+    range: &mut Range,
+    area_scale: f32,
+) -> Option<(usize, [Range; 2])> {
+    if let Some(parts) = part(primitives, range, area_scale) {
+        return Some(parts);
+    }
+    let split = binning::cheapest_split(primitives, *range, area_scale)?;
+    Some(split.partition(primitives))
+}
+
 /// Puts the outsized in front, if there are some, and so few that a leaf can hold them: how many, and what
 /// is to be known of them and of the others. `None` leaves all as it was, but for `range`, which may know
 /// its largest primitive afterwards.
 #[inline(always)]
-pub(super) fn part<B: Binned>(
+fn part<B: Binned>(
     primitives: &mut [B],
     range: &mut Range,
     area_scale: f32,

@@ -7,7 +7,7 @@
 use glam::Vec4;
 
 use super::binary::BinaryNode;
-use super::binning::{self, Binned, Range};
+use super::binning::{Binned, Range};
 use super::build::MAX_DEPTH;
 use super::outsized;
 use super::plan::{self, Costs};
@@ -97,15 +97,11 @@ impl Roof {
         *root = BinaryNode { second, plan, ..BinaryNode::new(range.bounds, 0, count as usize) };
         (count, costs)
     }
+
     /// Partitions the blocks, by cost if they may: how many are of the first part, and both parts' boxes.
     fn split(&self, blocks: &mut [Block], range: &mut Range, by_cost: bool) -> (usize, [Range; 2]) {
-        if by_cost {
-            if let Some(parts) = outsized::part(blocks, range, self.area_scale) {
-                return parts;
-            }
-            if let Some(split) = binning::cheapest_split(blocks, *range, self.area_scale) {
-                return split.partition(blocks);
-            }
+        if by_cost && let Some(parts) = outsized::split(blocks, range, self.area_scale) {
+            return parts;
         }
         let (left, right) = blocks.split_at(blocks.len() / 2);
         (left.len(), [Range::of(left), Range::of(right)])
