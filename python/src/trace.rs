@@ -91,13 +91,9 @@ impl<'py> Batch<'py> {
             let (t, u, v) = (t.as_slice_mut()?, u.as_slice_mut()?, v.as_slice_mut()?);
             let (prim_id, geom_id) = (prim_id.as_slice_mut()?, geom_id.as_slice_mut()?);
             // A miss is -1 in Python: the same bits as `NO_HIT`.
-            let ids = [&mut *prim_id, &mut *geom_id].map(bytemuck::cast_slice_mut);
-            let [prims, geometries] = ids;
+            let [prims, geometries] = [&mut *prim_id, &mut *geom_id].map(bytemuck::cast_slice_mut);
             let mut all = Hits::new(&mut *t, &mut *u, &mut *v, prims, geometries)
                 .expect("the arrays were made with one length");
-            let trace = |rays: BatchRays<'_>, hits: Hits<'_>| {
-                scene.intersect_batch(rays, hits).expect("there are as many hits as rays");
-            };
             if let Some(part) = self.part(py, scene, rays, threads) {
                 let mut rest = Some(all);
                 let parts = ranges(self.len, part).map(|range| {
@@ -110,7 +106,9 @@ impl<'py> Batch<'py> {
                     threads,
                     parts.flatten(),
                     || (),
-                    |(), (rays, hits)| trace(rays, hits),
+                    |(), (rays, hits)| {
+                        scene.intersect_batch(rays, hits).expect("there are as many hits as rays");
+                    },
                 )?;
             } else {
                 run(py, self.threads(threads), |parallel, go_on| {
