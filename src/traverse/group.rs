@@ -156,8 +156,11 @@ impl<F: Lanes> Group<F> {
 
     /// Tests a triangle, which may already be relative to the origin that all rays share. True if it is
     /// kept for any lane.
+    ///
+    /// `APART` if rays start apart from each other, each on something else: what they start on is then left
+    /// out early, and the rays must have been made ready for it.
     #[inline(always)]
-    pub(super) fn meet_triangle<const ANY: bool>(
+    pub(super) fn meet_triangle<const ANY: bool, const APART: bool>(
         &mut self,
         corners: &Corners<F, 3>,
         from_origin: bool,
@@ -165,11 +168,10 @@ impl<F: Lanes> Group<F> {
     ) -> bool {
         let start = self.start;
         self.meet_points::<ANY, 3>(corners, from_origin, id, |ray, corners, active| {
-            // Rays of a fan start on nothing.
-            if from_origin {
-                intersect_triangle(ray, corners, active)
-            } else {
+            if APART {
                 intersect_triangle_after(ray, corners, start, active)
+            } else {
+                intersect_triangle(ray, corners, active)
             }
         })
     }

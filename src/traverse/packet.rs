@@ -62,7 +62,7 @@ pub(super) fn trace<const ANY: bool>(bvh: &Bvh, group: &mut Group<F32x8>) {
                             let leaf = &bvh.leaves.triangles;
                             let fields = leaf.get(first, count, place);
                             let corners = Corners::new(main, |field| fields[field]);
-                            group.meet_triangle::<ANY>(&corners, false, leaf.ids[slot]);
+                            group.meet_triangle::<ANY, true>(&corners, false, leaf.ids[slot]);
                         }
                         PrimKind::Quad => {
                             let leaf = &bvh.leaves.quads;

@@ -72,7 +72,7 @@ impl Run {
         ]
         .map(|field| {
             field.resize(count, 0.0);
-            field.as_mut_slice()
+            &mut field[..]
         });
         order.give::<8>(parts, |end, row| {
             for (field, &value) in fields.iter_mut().zip(row) {

@@ -47,6 +47,12 @@ impl Starts {
         Self { bounds: Some(bounds) }
     }
 
+    /// True if the rays of a group start at one point.
+    #[inline(always)]
+    pub(super) fn are_shared(&self) -> bool {
+        self.bounds.is_some()
+    }
+
     /// A bit for each box (`min.x .. max.z`) that rays may start in.
     #[inline(always)]
     pub(super) fn near(&self, boxes: &[F32x8; 6]) -> u32 {

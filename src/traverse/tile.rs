@@ -191,15 +191,30 @@ impl<F: Lanes> Tile<F> {
         if C::LOOSE {
             for index in ones(self.live) {
                 self.groups[index].prepare_boxes(bvh.extent);
-                self.groups[index].prepare_primitives(bvh.extent);
             }
             self.octant = Octant::most(ones(self.live).map(|index| self.groups[index].octant));
         }
         if ANY {
             self.starts = Starts::new(&self.groups, self.live, bvh.extent);
         }
+        if C::FAN || ANY && self.starts.are_shared() {
+            return self.walk::<ANY, false, C>(bvh, cull);
+        }
+        for index in ones(self.live) {
+            self.groups[index].prepare_primitives(bvh.extent);
+        }
+        self.walk::<ANY, true, C>(bvh, cull)
+    }
+
+    /// Goes from node to node. `APART` if rays start apart from each other, and often on triangles: see
+    /// [`Group::meet_triangle`].
+    fn walk<const ANY: bool, const APART: bool, C: Cull>(
+        &mut self,
+        bvh: &Bvh,
+        cull: &mut C,
+    ) -> bool {
         if ANY && !self.first.nodes.is_empty() {
-            self.enter_first::<C>(bvh, cull);
+            self.enter_first::<APART, C>(bvh, cull);
         }
         let mut waiting = 1;
         self.stack[0] =
@@ -219,7 +234,7 @@ impl<F: Lanes> Tile<F> {
             if let Child::Inner(node) = Child::unpack(next.index, next.meta) {
                 waiting = self.enter_node::<ANY, C>(bvh, cull, node, groups, waiting);
             } else {
-                self.enter_child::<ANY, C>(bvh, cull, groups, (next.index, next.meta));
+                self.enter_child::<ANY, APART, C>(bvh, cull, groups, (next.index, next.meta));
             }
         }
         false

@@ -19,7 +19,7 @@ pub(in crate::traverse) struct First {
 impl<F: Lanes> Tile<F> {
     /// Tests the leaves that come first, each with the groups that it may settle.
     #[inline(never)]
-    pub(super) fn enter_first<C: Cull>(&mut self, bvh: &Bvh, cull: &mut C) {
+    pub(super) fn enter_first<const APART: bool, C: Cull>(&mut self, bvh: &Bvh, cull: &mut C) {
         let groups = self.live;
         let met_rays = |tile: &Self| -> u32 {
             ones(groups).map(|index| tile.groups[index].met().count_ones()).sum()
@@ -43,7 +43,7 @@ impl<F: Lanes> Tile<F> {
                     }
                 }
                 let child = (node.index[slot], node.meta[slot]);
-                self.enter_child::<true, C>(bvh, cull, met, child);
+                self.enter_child::<true, APART, C>(bvh, cull, met, child);
             }
         }
         self.first.cost += u32::MAX - std::mem::replace(&mut self.budget, budget);

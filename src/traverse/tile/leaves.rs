@@ -13,7 +13,7 @@ use crate::traverse::{ones, pace};
 impl<F: Lanes> Tile<F> {
     /// Tests a leaf of that description with these groups.
     #[inline(always)]
-    pub(super) fn enter_child<const ANY: bool, C: Cull>(
+    pub(super) fn enter_child<const ANY: bool, const APART: bool, C: Cull>(
         &mut self,
         bvh: &Bvh,
         cull: &mut C,
@@ -31,7 +31,7 @@ impl<F: Lanes> Tile<F> {
                 groups,
                 (&leaves.triangles, leaf),
                 |main, field| Corners::new(main, field),
-                |group, corners, id| group.meet_triangle::<ANY>(corners, C::FAN, id),
+                |group, corners, id| group.meet_triangle::<ANY, APART>(corners, C::FAN, id),
             ),
             PrimKind::Quad => self.enter_leaf::<ANY, C, 12, Corners<F, 4>>(
                 cull,
