@@ -2,6 +2,7 @@
 //!
 //! A miss has `t = +infinity`, `u = v = 0` and [`NO_HIT`] for both ids, in every path.
 
+use crate::column::Column;
 use crate::error::ShapeError;
 use crate::ray::PACKET_LANES;
 
@@ -89,15 +90,15 @@ impl HitPacket {
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct HitBatch {
     /// See [`Hit::t`].
-    pub t: Vec<f32>,
+    pub t: Column<f32>,
     /// See [`Hit::u`].
-    pub u: Vec<f32>,
+    pub u: Column<f32>,
     /// See [`Hit::v`].
-    pub v: Vec<f32>,
+    pub v: Column<f32>,
     /// See [`Hit::prim_id`].
-    pub prim_id: Vec<u32>,
+    pub prim_id: Column<u32>,
     /// See [`Hit::geom_id`].
-    pub geom_id: Vec<u32>,
+    pub geom_id: Column<u32>,
 }
 
 impl HitBatch {

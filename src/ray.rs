@@ -7,6 +7,7 @@
 
 use glam::Vec3;
 
+use crate::column::Column;
 use crate::error::ShapeError;
 
 /// How many rays a [`RayPacket`] holds.
@@ -100,28 +101,28 @@ macro_rules! ray_fields {
 #[derive(Clone, Debug, Default)]
 pub struct RayBatch {
     /// Origins, one entry a ray.
-    pub origin_x: Vec<f32>,
+    pub origin_x: Column<f32>,
     /// See [`RayBatch::origin_x`].
-    pub origin_y: Vec<f32>,
+    pub origin_y: Column<f32>,
     /// See [`RayBatch::origin_x`].
-    pub origin_z: Vec<f32>,
+    pub origin_z: Column<f32>,
     /// Directions of any length, one entry a ray.
-    pub dir_x: Vec<f32>,
+    pub dir_x: Column<f32>,
     /// See [`RayBatch::dir_x`].
-    pub dir_y: Vec<f32>,
+    pub dir_y: Column<f32>,
     /// See [`RayBatch::dir_x`].
-    pub dir_z: Vec<f32>,
+    pub dir_z: Column<f32>,
     /// Smallest `t` of a hit, one entry a ray.
-    pub t_min: Vec<f32>,
+    pub t_min: Column<f32>,
     /// Largest `t` of a hit, one entry a ray.
-    pub t_max: Vec<f32>,
+    pub t_max: Column<f32>,
 }
 
 impl RayBatch {
     /// No rays, with room for `capacity`.
     pub fn with_capacity(capacity: usize) -> Self {
         macro_rules! fields {
-            ($($field:ident),*) => { Self { $($field: Vec::with_capacity(capacity)),* } };
+            ($($field:ident),*) => { Self { $($field: Column::with_capacity(capacity)),* } };
         }
         ray_fields!(fields)
     }

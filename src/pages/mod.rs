@@ -22,7 +22,7 @@ use memmap2::MmapMut;
 /// The bytes of a line of the cache: all arrays start with one.
 #[derive(Clone, Copy, Pod, Zeroable)]
 #[repr(C, align(64))]
-struct Line([u8; 64]);
+pub(crate) struct Line([u8; 64]);
 
 /// The bytes of a huge page of most systems.
 const HUGE: usize = 2 << 20;
