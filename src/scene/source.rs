@@ -83,11 +83,9 @@ impl PrimitiveSource for Parts<'_> {
         let boxes = self.sources.iter().map(|(source, _)| match source {
             Source::Spheres(spheres) => around((0..spheres.len()).map(|at| spheres.center(at))),
             Source::Quads(quads) => around((0..quads.len()).flat_map(|at| quads.corners(at))),
-            Source::Mesh(mesh) => mesh
-                .positions
-                .par_chunks(CHUNK)
-                .map(|chunk| around(chunk.iter().copied()))
-                .reduce(|| Aabb::EMPTY, Aabb::union),
+            Source::Mesh(mesh) => {
+                mesh.positions.par_chunks(CHUNK).map(around_all).reduce(|| Aabb::EMPTY, Aabb::union)
+            }
         });
         boxes.fold(Aabb::EMPTY, Aabb::union)
     }
@@ -150,6 +148,38 @@ fn around(points: impl Iterator<Item = Vec3>) -> Aabb {
     Aabb { min: min.truncate(), max: max.truncate() }
 }
 
+/// As [`around`]: four boxes that are joined at last, since each step on one has to wait for the one before.
+fn around_all(points: &[Vec3]) -> Aabb {
+    let (fours, others) = points.as_chunks::<4>();
+    let empty = (Vec4::INFINITY, Vec4::NEG_INFINITY);
+    let mut boxes = [empty; 4];
+    for four in fours {
+        for ((min, max), point) in boxes.iter_mut().zip(four) {
+            let point = point.extend(0.0);
+            (*min, *max) = (min.min(point), max.max(point));
+        }
+    }
+    let boxes = boxes.map(|(min, max)| Aabb { min: min.truncate(), max: max.truncate() });
+    boxes.into_iter().fold(around(others.iter().copied()), Aabb::union)
+}
+
 fn is_finite(corners: &[Vec3; 3]) -> bool {
     corners.iter().all(|corner| corner.is_finite())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_mesh_guesses_the_box_of_its_vertices() {
+        for vertices in 0..20 {
+            let at = |place: i32| Vec3::new(place as f32, (place * 7 % 11) as f32, -place as f32);
+            let positions: Vec<Vec3> = (0..vertices).map(at).collect();
+            let expected = Aabb::of_points(&positions);
+            let mesh = Source::Mesh(Mesh { positions, ..Mesh::default() });
+            let parts = Parts { sources: &[(mesh, 0)], first_ids: &[0] };
+            assert_eq!(parts.guess(), expected, "{vertices}");
+        }
+    }
 }
