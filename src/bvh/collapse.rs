@@ -9,7 +9,7 @@ use rayon::prelude::*;
 use super::PrimitiveSource;
 use super::binary::{BinaryNode, BinaryTree, Cursor};
 use super::children::Children;
-use super::lay::{Layer, Room, Shape};
+use super::lay::{Layer, Room, Shape, Slots};
 use super::leaves::Leaves;
 use super::node::{Child, MAX_LEAF, Node, WIDTH};
 use super::outlook::{self, Outlook, Slot};
@@ -34,12 +34,12 @@ pub(super) fn collapse(
     watch: &Watch<'_>,
 ) -> Result<(Frozen<Node>, Leaves, usize), Cancelled> {
     if primitives.is_empty() {
-        return Ok((Frozen::default(), Room::new(ids, &[], term).leaves(), 0));
+        return Ok((Frozen::default(), Room::new(Slots::new(ids), &[], term).leaves(), 0));
     }
     let top = Top::of(tree);
     let counts: Vec<[usize; 3]> =
         top.tasks.par_iter().map(|task| task.kinds(primitives, tree.mixed)).collect();
-    let mut room = Room::new(ids, &counts, term);
+    let mut room = Room::new(Slots::new(ids), &counts, term);
     let layers = room.layers(&counts).into_iter();
     let hands = layers.map(|layer| Laying { primitives, source, layer }).collect();
     let (nodes, depth) = top.nodes(hands, term, watch)?;

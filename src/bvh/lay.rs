@@ -19,6 +19,16 @@ pub(super) struct Room {
     slot_of: Vec<AtomicU32>,
 }
 
+/// The slots of all primitives, as long as they are not known.
+pub(super) struct Slots(Vec<AtomicU32>);
+
+impl Slots {
+    /// For ids below this.
+    pub(super) fn new(ids: usize) -> Self {
+        Self((0..ids).into_par_iter().map(|_| AtomicU32::new(DROPPED)).collect())
+    }
+}
+
 /// A part of the room.
 pub(super) struct Layer<'a> {
     slot_of: &'a [AtomicU32],
@@ -37,15 +47,15 @@ pub(super) struct Laid {
 }
 
 impl Room {
-    /// Room for parts with so many primitives of each kind, with ids below `ids`, for that term.
-    pub(super) fn new(ids: usize, counts: &[[usize; 3]], term: Term) -> Self {
+    /// Room for parts with so many primitives of each kind, for that term.
+    pub(super) fn new(slots: Slots, counts: &[[usize; 3]], term: Term) -> Self {
         let total = |kind: PrimKind| counts.iter().map(|counts| counts[kind as usize]).sum();
         let [triangles, quads, spheres] = PrimKind::ALL.map(total);
         Self {
             triangles: FreshArray::with_len(triangles, term),
             quads: FreshArray::with_len(quads, term),
             spheres: FreshArray::with_len(spheres, term),
-            slot_of: (0..ids).into_par_iter().map(|_| AtomicU32::new(DROPPED)).collect(),
+            slot_of: slots.0,
         }
     }
 

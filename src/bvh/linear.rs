@@ -10,8 +10,8 @@ use rayon::prelude::*;
 
 use super::PrimitiveSource;
 use super::binary::{BinaryNode, BinaryTree};
-use super::build::{TREELET, area_scale};
-use super::lay::{Layer, Room, Shape};
+use super::build::area_scale;
+use super::lay::{Layer, Room, Shape, Slots};
 use super::leaves::Leaves;
 use super::marks::{self, Mark};
 use super::node::MAX_LEAF;
@@ -31,17 +31,27 @@ const BLOCK: usize = 256;
 /// later by 5%, and rays are slower or faster by 3%.
 const FEW: usize = 32;
 
+/// A thread makes the blocks of about so many primitives, then asks for more: the less, the sooner the last
+/// is done.
+const TASK: usize = 2048;
+
 /// The tree over all primitives of `source`, its leaves, and the box around everything.
 pub(super) fn build(
     ids: usize,
     source: &impl PrimitiveSource,
     watch: &Watch<'_>,
 ) -> Result<(BinaryTree, Leaves, Aabb), Cancelled> {
-    let Sorted { marks, range, kinds } = order::sort(source, ids);
+    // Slots are new memory, which one thread can touch while others mark primitives.
+    let (Sorted { marks, range, kinds }, slots) =
+        rayon::join(|| order::sort(source, ids), || Slots::new(ids));
     watch.start(2 * marks.len());
     watch.check()?;
     if marks.is_empty() {
-        return Ok((BinaryTree::default(), Room::new(ids, &[], Term::Open).leaves(), Aabb::EMPTY));
+        return Ok((
+            BinaryTree::default(),
+            Room::new(slots, &[], Term::Open).leaves(),
+            Aabb::EMPTY,
+        ));
     }
     let bounds = range.bounds.aabb();
     let area_scale = area_scale(&bounds);
@@ -59,7 +69,7 @@ pub(super) fn build(
         counts
     };
     let counts: Vec<[usize; 3]> = tasks.par_iter().map(count).collect();
-    let mut room = Room::new(ids, &counts, Term::Open);
+    let mut room = Room::new(slots, &counts, Term::Open);
     let layers = room.layers(&counts).into_par_iter();
     let grown: Vec<(Vec<BinaryNode>, Vec<Block>)> = (&tasks, layers)
         .into_par_iter()
@@ -92,12 +102,12 @@ pub(super) fn build(
 /// Runs of the curve, some to a task.
 fn tasks(marks: &[Mark]) -> Vec<Vec<(usize, usize)>> {
     let mut runs = Vec::new();
-    marks::cut(marks, 0, TREELET, &mut runs);
+    marks::cut_by_all(marks, 0, TASK, &mut runs);
     let (mut tasks, mut task, mut size) = (Vec::new(), Vec::new(), 0);
     for run in runs {
         task.push(run);
         size += run.1;
-        if size >= TREELET {
+        if size >= TASK {
             tasks.push(std::mem::take(&mut task));
             size = 0;
         }

@@ -89,6 +89,25 @@ pub(super) fn cut(marks: &[Mark], first: usize, most: usize, runs: &mut Vec<(usi
     cut(right, first + left.len(), most, runs);
 }
 
+/// As [`cut`], with all threads: a search waits for memory at each step.
+pub(super) fn cut_by_all(
+    marks: &[Mark],
+    first: usize,
+    most: usize,
+    runs: &mut Vec<(usize, usize)>,
+) {
+    if marks.len() <= 16 * most {
+        return cut(marks, first, most, runs);
+    }
+    let (left, right) = marks.split_at(middle(marks));
+    let mut others = Vec::new();
+    rayon::join(
+        || cut_by_all(left, first, most, runs),
+        || cut_by_all(right, first + left.len(), most, &mut others),
+    );
+    runs.append(&mut others);
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -103,6 +122,17 @@ mod tests {
         assert_eq!(middle(&marks(&[8, 9, 12, 13, 13])), 2);
         assert_eq!(middle(&marks(&[6, 7])), 1);
         assert_eq!(middle(&marks(&[5; 7])), 3);
+    }
+
+    #[test]
+    fn all_threads_cut_alike() {
+        let marks = marks(&(0..5000).map(|place| place * place / 7).collect::<Vec<u32>>());
+        for most in [1, 10, 100, 1000] {
+            let (mut alone, mut together) = (Vec::new(), Vec::new());
+            cut(&marks, 3, most, &mut alone);
+            cut_by_all(&marks, 3, most, &mut together);
+            assert_eq!(together, alone, "{most}");
+        }
     }
 
     #[test]

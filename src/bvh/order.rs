@@ -6,7 +6,6 @@ use rayon::prelude::*;
 use super::PrimitiveSource;
 use super::binning::{Binned, Range};
 use super::build::CHUNK;
-use super::clusters::parts;
 use super::curve::{Curve, FEW, MOST_BITS};
 use super::marks::Mark;
 use super::primitive::{BuildPrimitive, LEFT_OUT, PrimitiveKey, SignedBox};
@@ -32,7 +31,9 @@ pub(super) fn sort(source: &impl PrimitiveSource, ids: usize) -> Sorted {
     let guess = SignedBox::of_aabb(&source.guess());
     let digits = if ids > MANY { 3 } else { 2 };
     let bits = (digits * DIGIT).min(MOST_BITS);
-    let (mut marks, survey) = mark(source, ids, &Curve::new(guess, bits));
+    // Both write to new memory, which takes longer than the work on it: together they keep all threads busy.
+    let ((mut marks, survey), mut other) =
+        rayon::join(|| mark(source, ids, &Curve::new(guess, bits)), || blank(ids));
     if survey.left_out > 0 || !survey.range.centers.nearly_fills(guess) {
         if survey.left_out == ids {
             marks.clear();
@@ -42,9 +43,8 @@ pub(super) fn sort(source: &impl PrimitiveSource, ids: usize) -> Sorted {
         if survey.left_out > 0 {
             marks.retain(|mark| !mark.key().is_left_out());
         }
+        other.truncate(marks.len());
     }
-    let mut other = Vec::new();
-    marks.par_iter().map(|_| Mark::new(0, PrimitiveKey::default())).collect_into_vec(&mut other);
     for digit in 0..digits {
         by_digit(&marks, &other, digit * DIGIT, digit + 1 == digits);
         std::mem::swap(&mut marks, &mut other);
@@ -54,9 +54,7 @@ pub(super) fn sort(source: &impl PrimitiveSource, ids: usize) -> Sorted {
 
 /// The marks of all primitives in the order of their ids, and what there is to know of them.
 fn mark(source: &impl PrimitiveSource, ids: usize, curve: &Curve) -> (Vec<Mark>, Survey) {
-    let mut marks = Vec::new();
-    let blank = |_| Mark::new(0, PrimitiveKey::default());
-    (0..ids).into_par_iter().map(blank).collect_into_vec(&mut marks);
+    let marks = blank(ids);
     let chunk = |(chunk, marks): (usize, &[Mark])| {
         let mut boxes = [BuildPrimitive::left_out(); SOME];
         let mut survey = Survey::empty();
@@ -73,6 +71,11 @@ fn mark(source: &impl PrimitiveSource, ids: usize, curve: &Curve) -> (Vec<Mark>,
     let survey =
         marks.par_chunks(CHUNK).enumerate().map(chunk).reduce(Survey::empty, Survey::union);
     (marks, survey)
+}
+
+/// So many marks that mean nothing yet.
+fn blank(marks: usize) -> Vec<Mark> {
+    (0..marks).into_par_iter().map(|_| Mark::new(0, PrimitiveKey::default())).collect()
 }
 
 /// So many boxes are made at once, and stay in the nearest cache.
@@ -134,7 +137,9 @@ impl Survey {
 /// Sorts `from` by one digit into `to`; what has the same digit keeps its order.
 fn by_digit(from: &[Mark], to: &[Mark], shift: u32, is_last: bool) {
     const VALUES: usize = 2 << DIGIT;
-    let part = from.len().div_ceil(parts(from.len())).max(1);
+    // A power of two, so that threads get alike; the counts of more would take long to add up.
+    let parts = (from.len() >> 15).next_power_of_two().clamp(4, 8);
+    let part = from.len().div_ceil(parts).max(1);
     let values = if is_last { VALUES } else { VALUES / 2 };
     let digit = |mark: &Mark| (mark.place() >> shift) as usize & (values - 1) & (VALUES - 1);
     let count = |part: &[Mark]| {
