@@ -81,8 +81,12 @@ impl Parts<'_> {
 impl PrimitiveSource for Parts<'_> {
     fn guess(&self) -> Aabb {
         let boxes = self.sources.iter().map(|(source, _)| match source {
-            Source::Spheres(spheres) => around((0..spheres.len()).map(|at| spheres.center(at))),
-            Source::Quads(quads) => around((0..quads.len()).flat_map(|at| quads.corners(at))),
+            // The centres themselves, by the tree's own formula: the corners of a large ground would make
+            // a poor guess, and so would what is rounded in another way.
+            Source::Spheres(spheres) => around_each(spheres.len(), |at| center(spheres.bounds(at))),
+            Source::Quads(quads) => {
+                around_each(quads.len(), |at| center(Aabb::of_points(&quads.corners(at))))
+            }
             Source::Mesh(mesh) => {
                 mesh.positions.par_chunks(CHUNK).map(around_all).reduce(|| Aabb::EMPTY, Aabb::union)
             }
@@ -138,6 +142,11 @@ impl PrimitiveSource for Parts<'_> {
     }
 }
 
+/// The centre of a box, as the tree's builder finds it.
+fn center(bounds: Aabb) -> Vec3 {
+    bounds.min * 0.5 + bounds.max * 0.5
+}
+
 /// The box around some points, or any other if a coordinate is NaN.
 fn around(points: impl Iterator<Item = Vec3>) -> Aabb {
     let empty = (Vec4::INFINITY, Vec4::NEG_INFINITY);
@@ -146,6 +155,16 @@ fn around(points: impl Iterator<Item = Vec3>) -> Aabb {
         (min.min(point), max.max(point))
     });
     Aabb { min: min.truncate(), max: max.truncate() }
+}
+
+/// The box around so many points, found by all threads.
+fn around_each(points: usize, point: impl Fn(usize) -> Vec3 + Sync) -> Aabb {
+    let chunk = |chunk: usize| {
+        let first = chunk * CHUNK;
+        around((first..points.min(first + CHUNK)).map(&point))
+    };
+    let chunks = (0..points.div_ceil(CHUNK)).into_par_iter().map(chunk);
+    chunks.reduce(|| Aabb::EMPTY, Aabb::union)
 }
 
 /// As [`around`]: four boxes that are joined at last, since each step on one has to wait for the one before.
@@ -180,6 +199,24 @@ mod tests {
             let mesh = Source::Mesh(Mesh { positions, ..Mesh::default() });
             let parts = Parts { sources: &[(mesh, 0)], first_ids: &[0] };
             assert_eq!(parts.guess(), expected, "{vertices}");
+        }
+    }
+
+    #[test]
+    fn spheres_and_quads_guess_the_box_of_the_trees_own_centres() {
+        let count = CHUNK + 100;
+        let at = |place: usize| Vec3::new((place % 97) as f32, place as f32, -1.0) * 0.123;
+        let (mut spheres, mut quads) = (Spheres::default(), Quads::default());
+        for place in 0..count {
+            spheres.push(at(place), 0.3 + place as f32 * 1e-3);
+            quads.push(at(place), Vec3::X * 1e4, Vec3::Z * 0.7);
+        }
+        for source in [Source::Spheres(spheres), Source::Quads(quads)] {
+            let parts = Parts { sources: &[(source, 0)], first_ids: &[0] };
+            let mut boxes = vec![BuildPrimitive::left_out(); count];
+            parts.boxes(0, &mut boxes);
+            let centers: Vec<Vec3> = boxes.iter().map(|one| center(one.bounds())).collect();
+            assert_eq!(parts.guess(), Aabb::of_points(&centers));
         }
     }
 }
