@@ -44,12 +44,31 @@ impl Range {
         Self { bounds: SignedBox::empty(), centers: SignedBox::empty(), largest: f32::INFINITY }
     }
 
+    #[inline(always)]
     pub(super) fn of(primitives: &[impl Binned]) -> Self {
-        primitives.iter().fold(Self::empty(), |all, one| Self {
-            bounds: all.bounds.union(one.signed_box()),
-            centers: all.centers.union(SignedBox::of_point(one.center())),
-            ..all
-        })
+        // Each step on a box waits for the one before, so there are four of them.
+        let (fours, others) = primitives.as_chunks::<4>();
+        let few = others.iter().fold(Self::empty(), Self::with);
+        if fours.is_empty() {
+            return few;
+        }
+        let mut all = [few, Self::empty(), Self::empty(), Self::empty()];
+        for four in fours {
+            for (all, one) in all.iter_mut().zip(four) {
+                *all = all.with(one);
+            }
+        }
+        let [a, b, c, d] = all;
+        a.union(b).union(c.union(d))
+    }
+
+    #[inline(always)]
+    fn with(self, one: &impl Binned) -> Self {
+        Self {
+            bounds: self.bounds.union(one.signed_box()),
+            centers: self.centers.union(SignedBox::of_point(one.center())),
+            ..self
+        }
     }
 
     pub(super) fn union(self, other: Self) -> Self {

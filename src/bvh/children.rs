@@ -24,19 +24,15 @@ impl<'a> Children<'a> {
     }
 
     /// Adds `root` as a forest of at most so many subtrees.
-    fn open(&mut self, root: Cursor<'a>, mut forest: usize) {
-        let plan = root.node().plan;
-        while forest > 1 {
-            let to_the_left = plan.left_of(forest);
-            if to_the_left > 0 {
-                let [left, right] = root.children();
-                self.open(left, to_the_left);
-                return self.open(right, forest - to_the_left);
-            }
-            forest -= 1;
+    fn open(&mut self, root: Cursor<'a>, forest: usize) {
+        if let Some([to_the_left, to_the_right]) = root.node().plan.parts(forest) {
+            let [left, right] = root.children();
+            self.open(left, to_the_left);
+            self.open(right, to_the_right);
+        } else {
+            self.all[self.count] = root;
+            self.count += 1;
         }
-        self.all[self.count] = root;
-        self.count += 1;
     }
 
     /// In the order of the binary tree.

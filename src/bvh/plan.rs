@@ -38,9 +38,16 @@ impl Plan {
         self.0 & Self::LEAF != 0
     }
 
-    /// How many of `forest` subtrees are left of the binary split; 0 if one less is no dearer.
-    pub(super) fn left_of(self, forest: usize) -> usize {
-        (self.0 >> (3 * (forest - 2)) & CHOICE) as usize
+    /// How many subtrees a forest of at most `most` has left and right of the binary split; `None` if one
+    /// is no dearer than more.
+    #[inline(always)]
+    pub(super) fn parts(self, most: usize) -> Option<[usize; 2]> {
+        // The choices of smaller forests are in lower bits: the highest that is set is the largest forest
+        // that pays. A loop down to it would end where nobody can guess.
+        let choices = self.0 & ((1 << (3 * (most - 1))) - 1);
+        let forest = choices.checked_ilog2()? as usize / 3 + 2;
+        let left = (choices >> (3 * (forest - 2))) as usize;
+        Some([left, forest - left])
     }
 }
 

@@ -171,11 +171,11 @@ impl BuildPrimitive {
     /// The smallest and the largest number of a kind, with [`LEFT_OUT`] for those.
     #[inline(always)]
     pub(super) fn kind_numbers(primitives: &[Self]) -> [u32; 2] {
-        let all = primitives[0].0.0;
-        let extremes = primitives.iter().fold((all, all), |(min, max), one| {
-            (Lanes::min(min, one.0.0), Lanes::max(max, one.0.0))
-        });
-        [extremes.0, extremes.1].map(|lanes| from_float(lanes.lane(7)))
+        let last = |one: &Self| from_float(one.0.0.lane(7));
+        primitives
+            .iter()
+            .map(last)
+            .fold([LEFT_OUT, 0], |[min, max], kind| [min.min(kind), max.max(kind)])
     }
 
     /// Its box.
