@@ -44,7 +44,8 @@ pub(super) const CHUNK: usize = 16_384;
 
 /// The boxes of all primitives.
 pub(super) fn boxes(ids: usize, source: &impl PrimitiveSource) -> Vec<BuildPrimitive> {
-    let mut primitives = vec![BuildPrimitive::left_out(); ids];
+    let blank = (0..ids).into_par_iter().map(|_| BuildPrimitive::left_out());
+    let mut primitives: Vec<BuildPrimitive> = blank.collect();
     primitives.par_chunks_mut(CHUNK).enumerate().for_each(|(chunk, primitives)| {
         source.boxes((chunk * CHUNK) as u32, primitives);
     });
