@@ -83,9 +83,11 @@ impl PrimitiveSource for Parts<'_> {
         let boxes = self.sources.iter().map(|(source, _)| match source {
             // The centres themselves, by the tree's own formula: the corners of a large ground would make
             // a poor guess, and so would what is rounded in another way.
-            Source::Spheres(spheres) => around_each(spheres.len(), |at| center(spheres.bounds(at))),
+            Source::Spheres(spheres) => {
+                around_each(spheres.len(), |at| spheres.bounds(at).center())
+            }
             Source::Quads(quads) => {
-                around_each(quads.len(), |at| center(Aabb::of_points(&quads.corners(at))))
+                around_each(quads.len(), |at| Aabb::of_points(&quads.corners(at)).center())
             }
             Source::Mesh(mesh) => {
                 mesh.positions.par_chunks(CHUNK).map(around_all).reduce(|| Aabb::EMPTY, Aabb::union)
@@ -140,11 +142,6 @@ impl PrimitiveSource for Parts<'_> {
             _ => unreachable!("primitive {id} is no sphere"),
         }
     }
-}
-
-/// The centre of a box, as the tree's builder finds it.
-fn center(bounds: Aabb) -> Vec3 {
-    bounds.min * 0.5 + bounds.max * 0.5
 }
 
 /// The box around some points, or any other if a coordinate is NaN.
@@ -215,7 +212,7 @@ mod tests {
             let parts = Parts { sources: &[(source, 0)], first_ids: &[0] };
             let mut boxes = vec![BuildPrimitive::left_out(); count];
             parts.boxes(0, &mut boxes);
-            let centers: Vec<Vec3> = boxes.iter().map(|one| center(one.bounds())).collect();
+            let centers: Vec<Vec3> = boxes.iter().map(|one| one.bounds().center()).collect();
             assert_eq!(parts.guess(), Aabb::of_points(&centers));
         }
     }
