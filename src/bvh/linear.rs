@@ -60,12 +60,11 @@ pub(super) fn build(
     let mixed = !kinds.is_power_of_two();
     let count = |runs: &Vec<(usize, usize)>| {
         let (first, count) = span(runs);
-        let mut counts = [0; 3];
         if mixed {
-            marks[first..][..count].iter().for_each(|mark| counts[mark.key().kind() as usize] += 1);
-        } else {
-            counts[kinds.trailing_zeros() as usize] = count;
+            return marks::count_kinds(&marks[first..][..count]);
         }
+        let mut counts = [0; 3];
+        counts[kinds.trailing_zeros() as usize] = count;
         counts
     };
     let counts: Vec<[usize; 3]> = tasks.par_iter().map(count).collect();

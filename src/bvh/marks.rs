@@ -2,7 +2,7 @@
 
 use std::sync::atomic::{AtomicU64, Ordering};
 
-use super::node::MAX_LEAF;
+use super::node::{MAX_LEAF, PrimKind};
 use super::primitive::PrimitiveKey;
 
 /// A primitive and its place on the curve. Atomic, so that threads can sort without being told
@@ -79,6 +79,20 @@ pub(super) fn middle_of_few(marks: &[Mark]) -> usize {
     best
 }
 
+/// How many marks are of each kind.
+pub(super) fn count_kinds(marks: &[Mark]) -> [usize; 3] {
+    let first = |kind: PrimKind| PrimitiveKey::new(kind, 0).bits();
+    let (quads, spheres) = (first(PrimKind::Quad), first(PrimKind::Sphere));
+    // Two sums in registers: counters in memory would wait for each other.
+    let (mut beyond_triangles, mut beyond_quads) = (0, 0);
+    for mark in marks {
+        let key = mark.key().bits();
+        beyond_triangles += usize::from(key >= quads);
+        beyond_quads += usize::from(key >= spheres);
+    }
+    [marks.len() - beyond_triangles, beyond_triangles - beyond_quads, beyond_quads]
+}
+
 /// Cuts the marks, which start at `first`, into runs of at most `most`: their starts and sizes.
 pub(super) fn cut(marks: &[Mark], first: usize, most: usize, runs: &mut Vec<(usize, usize)>) {
     if marks.len() <= most {
@@ -122,6 +136,21 @@ mod tests {
         assert_eq!(middle(&marks(&[8, 9, 12, 13, 13])), 2);
         assert_eq!(middle(&marks(&[6, 7])), 1);
         assert_eq!(middle(&marks(&[5; 7])), 3);
+    }
+
+    #[test]
+    fn each_kind_is_counted() {
+        let mark = |(number, kind)| Mark::new(5, PrimitiveKey::new(kind, (1 << 26) - 1 - number));
+        for [triangles, quads, spheres] in [[3, 0, 4], [0, 7, 0], [1, 2, 3], [0, 0, 0]] {
+            let triangles = std::iter::repeat_n(PrimKind::Triangle, triangles);
+            let quads = std::iter::repeat_n(PrimKind::Quad, quads);
+            let spheres = std::iter::repeat_n(PrimKind::Sphere, spheres);
+            let kinds: Vec<PrimKind> = spheres.chain(triangles).chain(quads).collect();
+            let of = |kind: PrimKind| kinds.iter().filter(|&&one| one == kind).count();
+            let expected = PrimKind::ALL.map(of);
+            let marks: Vec<Mark> = (0..).zip(kinds.iter().copied()).map(mark).collect();
+            assert_eq!(count_kinds(&marks), expected);
+        }
     }
 
     #[test]
