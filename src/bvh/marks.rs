@@ -140,7 +140,9 @@ mod tests {
 
     #[test]
     fn each_kind_is_counted() {
-        let mark = |(number, kind)| Mark::new(5, PrimitiveKey::new(kind, (1 << 26) - 1 - number));
+        let mark = |(number, kind): (u32, PrimKind)| {
+            Mark::new(5, PrimitiveKey::new(kind, (1 << 26) - 1 - number))
+        };
         for [triangles, quads, spheres] in [[3, 0, 4], [0, 7, 0], [1, 2, 3], [0, 0, 0]] {
             let triangles = std::iter::repeat_n(PrimKind::Triangle, triangles);
             let quads = std::iter::repeat_n(PrimKind::Quad, quads);
