@@ -57,6 +57,8 @@ pub(super) fn improve(
 #[derive(Clone, Copy)]
 struct LooseNode {
     bounds: SignedBox,
+    /// Half the surface of its box, scaled.
+    area: f32,
     parent: u32,
     children: [u32; 2],
     /// Its primitives, if it is a leaf.
@@ -84,7 +86,8 @@ impl Loose {
         let BinaryNode { bounds, first, count, plan, .. } = *from.node();
         let place = self.nodes.len() as u32;
         let bounds = SignedBox::of_aabb(&bounds);
-        self.nodes.push(LooseNode { bounds, parent, children: LEAF, first, count });
+        let area = self.area(bounds);
+        self.nodes.push(LooseNode { bounds, area, parent, children: LEAF, first, count });
         if !plan.is_leaf() {
             let children = from.children().map(|child| self.take(child, place));
             self.nodes[place as usize].children = children;
@@ -113,8 +116,9 @@ impl Loose {
             let (start, end) = (chunk * CHUNK, len.min((chunk + 1) * CHUNK));
             // Cancelled, the tree will be thrown away.
             let end = if watch.is_cancelled() { start } else { end };
-            let moves: Vec<Move> =
-                (start..end).filter_map(|node| self.search(node as u32)).collect();
+            let mut stack = Vec::with_capacity(64);
+            let search = |node: usize| self.search(node as u32, &mut stack);
+            let moves: Vec<Move> = (start..end).filter_map(search).collect();
             let share = |end: usize| (steps as u64 * end as u64 / len as u64) as usize;
             watch.add(share(end) - share(start));
             moves
@@ -147,19 +151,18 @@ impl Loose {
         any
     }
 
-    /// The best new place of a node, if there is a better one.
-    fn search(&self, node: u32) -> Option<Move> {
+    /// The best new place of a node, if there is a better one. The stack is empty before and after.
+    fn search(&self, node: u32, stack: &mut Vec<(u32, f32)>) -> Option<Move> {
         let parent = self.node(node).parent;
         if node == 0 || parent == 0 {
             return None;
         }
         let bounds = self.node(node).bounds;
-        let own = self.area(bounds);
+        let own = self.node(node).area;
         // What is saved without the node: its parent, and what the nodes above shrink by.
-        let mut saved = self.area(self.node(parent).bounds);
+        let mut saved = self.node(parent).area;
         let mut best = Move { gain: saved * 1e-3, node, target: 0 };
         let mut patience = PATIENCE;
-        let mut stack = Vec::with_capacity(64);
         let (mut from, mut without) = (node, SignedBox::empty());
         while from != 0 {
             let beside = self.sibling(from);
@@ -174,15 +177,16 @@ impl Loose {
                 if saved - grown > best.gain {
                     best = Move { gain: saved - grown, node, target: place };
                 }
-                if at.children != LEAF {
-                    let saved = saved - (grown - self.area(at.bounds));
+                let saved = saved - (grown - at.area);
+                // Looked at here as well as later, since most would wait in vain.
+                if saved - own > best.gain && at.children != LEAF {
                     stack.extend(at.children.map(|child| (child, saved)));
                 }
             }
             from = self.node(from).parent;
             without = without.union(self.node(beside).bounds);
             if from != parent {
-                saved += self.area(self.node(from).bounds) - self.area(without);
+                saved += self.node(from).area - self.area(without);
             }
         }
         (best.target != 0).then_some(best)
@@ -223,7 +227,10 @@ impl Loose {
         let children = self.node(node).children;
         if children != LEAF {
             let [left, right] = children.map(|child| self.refit(child));
-            self.nodes[node as usize].bounds = left.union(right);
+            let bounds = left.union(right);
+            let area = self.area(bounds);
+            let node = &mut self.nodes[node as usize];
+            (node.bounds, node.area) = (bounds, area);
         }
         self.node(node).bounds
     }
@@ -241,8 +248,8 @@ impl Loose {
         if depth > MAX_DEPTH {
             return None;
         }
-        let LooseNode { bounds, children, first, count, .. } = *self.node(node);
-        let (area, place, start) = (self.area(bounds), nodes.len(), order.len());
+        let LooseNode { bounds, area, children, first, count, .. } = *self.node(node);
+        let (place, start) = (nodes.len(), order.len());
         nodes.push(BinaryNode::new(bounds, start, count as usize));
         let (costs, plan) = if children == LEAF {
             order.extend_from_slice(&primitives[first as usize..][..count as usize]);
