@@ -72,7 +72,6 @@ mod tests {
             ..Mesh::default()
         };
         assert_eq!(mesh.validate(0), Ok(()));
-        mesh.indices[3 * CHUNK - 1] = [9, 9, 9];
         for (prim_id, triangle, index) in [
             (3 * CHUNK - 2, [0, 0, 7], 7),
             (CHUNK + 5, [1, 8, 7], 8),
