@@ -57,23 +57,31 @@ fn eight_bits(image: &Image) -> Vec<u8> {
     /// Pixels that are worth a task.
     const TASK: usize = 4096;
     let codes = SrgbCodes::new();
-    let of_pixel = |pixel: [f32; 3]| match image.aov {
-        Aov::Color => pixel.map(|value| codes.of(value)),
-        Aov::Normal => pixel.map(|n| eighth(n * 0.5 + 0.5)),
-        Aov::Depth => {
-            let [near, far] = image.depth_range;
-            pixel.map(|depth| eighth((far - depth) / (far - near).max(f32::MIN_POSITIVE)))
-        }
-        Aov::Prim => prim_color(pixel).map(eighth),
-    };
+    let [near, far] = image.depth_range;
+    let range = (far - near).max(f32::MIN_POSITIVE);
     let mut bytes = vec![0; 3 * image.pixels.len()];
     let tasks = bytes.par_chunks_mut(3 * TASK).zip(image.pixels.par_chunks(TASK));
     tasks.for_each(|(bytes, pixels)| {
-        for (bytes, &pixel) in bytes.as_chunks_mut().0.iter_mut().zip(pixels) {
-            *bytes = of_pixel(pixel);
+        let values = pixels.as_flattened();
+        match image.aov {
+            Aov::Color => write_each(bytes, values, |value| codes.of(value)),
+            Aov::Normal => write_each(bytes, values, |n| eighth(n * 0.5 + 0.5)),
+            Aov::Depth => write_each(bytes, values, |depth| eighth((far - depth) / range)),
+            Aov::Prim => {
+                for (bytes, &pixel) in bytes.as_chunks_mut().0.iter_mut().zip(pixels) {
+                    *bytes = prim_color(pixel).map(eighth);
+                }
+            }
         }
     });
     bytes
+}
+
+/// Writes what `of` gives for each value. A loop over values, not pixels, which the compiler puts into
+/// registers.
+#[inline(always)]
+fn write_each(bytes: &mut [u8], values: &[f32], of: impl Fn(f32) -> u8) {
+    bytes.iter_mut().zip(values).for_each(|(byte, &value)| *byte = of(value));
 }
 
 /// A value from 0 to 1 in 8 bits. NaN becomes 0.
@@ -88,11 +96,12 @@ fn srgb(linear: f32) -> f32 {
 
 /// The curve as a table, with the same codes: a power for each value took longer than all else that
 /// is done for a pixel's file.
+///
+/// A step is the upper bits of a float, and holds one code or two. Its entry is the code of its smallest
+/// value, shifted, plus so much that the lower bits of a float carry into the code from the second
+/// code's smallest value on. So a value takes one look and an addition, and sixteen go side by side.
 struct SrgbCodes {
-    /// The smallest value of each code, and one that no value reaches.
-    smallest: [f32; 257],
-    /// The code of the smallest value of each step, see [`SrgbCodes::step`].
-    of_step: Vec<u8>,
+    of_step: [u32; Self::STEPS],
 }
 
 impl SrgbCodes {
@@ -100,41 +109,50 @@ impl SrgbCodes {
     const FIRST: u32 = 0x3900_0000;
     /// 256 steps an octave: in none are there more than two codes.
     const SHIFT: u32 = 15;
+    /// A power of two, so that no index needs a check; the step of 1 is 3,328.
+    const STEPS: usize = 4096;
 
     fn new() -> Self {
-        let mut smallest = [f32::INFINITY; 257];
-        smallest[0] = 0.0;
-        for (code, smallest) in (1..).zip(&mut smallest[1..256]) {
-            // The bits of positive floats are in their order.
-            let (mut below, mut at) = (Self::FIRST, 1.0_f32.to_bits());
-            while at - below > 1 {
-                let middle = below + (at - below) / 2;
-                let reaches = eighth(srgb(f32::from_bits(middle))) >= code;
-                (below, at) = if reaches { (below, middle) } else { (middle, at) };
+        let smallest = smallest_of_codes();
+        let (mut of_step, mut code) = ([0; Self::STEPS], 0);
+        for (step, entry) in (0..).zip(&mut of_step) {
+            let first = Self::FIRST + (step << Self::SHIFT);
+            while smallest[code + 1] <= first {
+                code += 1;
             }
-            *smallest = f32::from_bits(at);
+            let second = (smallest[code + 1] - first).min(1 << Self::SHIFT);
+            *entry = ((code as u32 + 1) << Self::SHIFT) - second;
         }
-        let steps = Self::step(1.0) as u32 + 1;
-        let of_step = (0..steps).map(|step| {
-            let first = f32::from_bits(Self::FIRST + (step << Self::SHIFT));
-            smallest[1..].iter().take_while(|&&smallest| smallest <= first).count() as u8
-        });
-        Self { of_step: of_step.collect(), smallest }
-    }
-
-    /// Where in the table a value from 2^-13 to 1 is.
-    fn step(value: f32) -> usize {
-        ((value.to_bits() - Self::FIRST) >> Self::SHIFT) as usize
+        Self { of_step }
     }
 
     /// The code of a linear value; 0 for NaN.
-    #[inline]
+    #[inline(always)]
     fn of(&self, linear: f32) -> u8 {
-        // Of NaN, `max` gives the other.
-        let value = linear.max(f32::from_bits(Self::FIRST)).min(1.0);
-        let code = self.of_step[Self::step(value)];
-        code + u8::from(value >= self.smallest[usize::from(code) + 1])
+        let first = f32::from_bits(Self::FIRST);
+        // Asked this way round, a NaN becomes the first.
+        let value = if linear > first { linear } else { first };
+        let bits = value.min(1.0).to_bits() - Self::FIRST;
+        let entry = self.of_step[(bits >> Self::SHIFT) as usize % Self::STEPS];
+        let within = bits & ((1 << Self::SHIFT) - 1);
+        ((entry + within) >> Self::SHIFT) as u8
     }
+}
+
+/// The bits of the smallest value of each code that is at least [`SrgbCodes::FIRST`], and at the end
+/// bits that no value reaches. The bits of positive floats are in their order.
+fn smallest_of_codes() -> [u32; 257] {
+    let mut smallest = [u32::MAX; 257];
+    for (code, smallest) in (1..).zip(&mut smallest[1..256]) {
+        let (mut below, mut at) = (SrgbCodes::FIRST, 1.0_f32.to_bits());
+        while at - below > 1 {
+            let middle = below + (at - below) / 2;
+            let reaches = eighth(srgb(f32::from_bits(middle))) >= code;
+            (below, at) = if reaches { (below, middle) } else { (middle, at) };
+        }
+        *smallest = at;
+    }
+    smallest
 }
 
 /// A bright colour that differs between neighbouring ids; black for a miss.
@@ -180,8 +198,9 @@ mod tests {
         let codes = SrgbCodes::new();
         let small = (0..=1_000_000).map(|step| step as f32 * 1.1e-6);
         let tiny = (0..10_000).map(|step| step as f32 * 1e-8);
-        let edges = (1..256).flat_map(|code| {
-            let at = codes.smallest[code];
+        let smallest = smallest_of_codes();
+        let edges = smallest[1..256].iter().flat_map(|&bits| {
+            let at = f32::from_bits(bits);
             [at.next_down(), at, at.next_up()]
         });
         for value in small.chain(tiny).chain(edges) {

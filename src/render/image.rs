@@ -1,5 +1,7 @@
 //! The picture in memory: linear floats, row by row from the upper left.
 
+use bytemuck::allocation::try_zeroed_vec;
+
 use crate::render::{Aov, RenderError};
 
 /// A picture of linear `f32` values, `width * height` pixels in rows from the upper left.
@@ -27,9 +29,8 @@ impl Image {
         let count = u64::from(width) * u64::from(height);
         let memory = RenderError::Memory { pixels: count };
         let count = usize::try_from(count).map_err(|_| memory.clone())?;
-        let mut pixels = Vec::new();
-        pixels.try_reserve_exact(count).map_err(|_| memory)?;
-        pixels.resize(count, [0.0; 3]);
+        // Memory that comes as zeros is first touched by the threads that render into it, each its part.
+        let pixels = try_zeroed_vec(count).map_err(|()| memory)?;
         Ok(Self { width, height, aov, depth_range: [0.0, 0.0], pixels })
     }
 
