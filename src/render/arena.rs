@@ -168,7 +168,8 @@ impl<'b> ArenaHits<'b> {
     }
 }
 
+/// The sixteen values from `start`.
 #[inline(always)]
-fn sixteen(array: &[u32], start: usize) -> &[u32; LANES] {
+pub(super) fn sixteen(array: &[u32], start: usize) -> &[u32; LANES] {
     array[start..start + LANES].try_into().expect("whole registers")
 }

@@ -13,6 +13,7 @@
 
 mod arena;
 mod camera;
+mod colors;
 mod encode;
 mod error;
 mod frame;

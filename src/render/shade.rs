@@ -4,12 +4,14 @@ use glam::Vec3;
 
 use crate::hit::NO_HIT;
 use crate::render::arena::{ArenaHits, ArenaRays};
+use crate::render::colors::Colors;
 use crate::render::frame::Frame;
-use crate::scene::{HitLanes, LANES, SurfaceLanes, Vectors, dot, normalized_or};
+use crate::scene::{HitLanes, LANES, SharedPrimitive, SurfaceLanes, Vectors, dot, normalized_or};
 use crate::shading::phong_lanes::{mirrored, of_materials};
 use crate::simd::{F32x16, LaneMask, Lanes, each};
 
 /// Sixteen places where light is looked up.
+#[derive(Clone, Copy)]
 pub(super) struct ShadingPoints {
     /// The lanes that are such places, one bit each.
     pub(super) mask: u32,
@@ -29,15 +31,35 @@ pub(super) struct ShadingPoints {
     pub(super) to_viewer: Vectors,
 }
 
+impl ShadingPoints {
+    /// No place at all.
+    pub(super) fn none() -> Self {
+        let zero = F32x16::splat(0.0);
+        Self {
+            mask: 0,
+            path: [0; LANES],
+            material: [0; LANES],
+            weight: zero,
+            position: [zero; 3],
+            origin: [zero; 3],
+            normal: [zero; 3],
+            geometric_normal: [zero; 3],
+            to_viewer: [zero; 3],
+        }
+    }
+}
+
 /// Looks at the sixteen hits from `start`: adds ambient light and background to the paths' colours and
-/// the rays of mirrors to `mirrors`, if there is one. `None` if no point is left to be lit.
+/// the rays of mirrors to `mirrors`, if there is one. True if `points` now holds points to be lit: they
+/// take 1.2 KB, so they are written where they stay.
 #[inline(always)]
 pub(super) fn shade(
     frame: &Frame<'_>,
     (rays, hits, start): (&ArenaRays<'_>, &ArenaHits<'_>, usize),
+    last: &mut SharedPrimitive,
     mirrors: Option<&mut ArenaRays<'_>>,
-    colors: &mut [Vec3],
-) -> Option<ShadingPoints> {
+    (colors, points): (&mut Colors<'_>, &mut ShadingPoints),
+) -> bool {
     let (asked, path, weight) = (rays.lanes(start), rays.paths(start), rays.weights(start));
     let geom_id = hits.geom_ids(start);
     let mut hit = 0;
@@ -47,8 +69,8 @@ pub(super) fn shade(
     let mask = hit & asked;
     let background = splat(frame.settings.background);
     if mask == 0 {
-        add(colors, path, asked, &each(|axis| background[axis] * weight));
-        return None;
+        colors.add(path, asked, &each(|axis| background[axis] * weight));
+        return false;
     }
     let [t, u, v] = hits.places(start);
     let dir = rays.dirs(start);
@@ -62,7 +84,7 @@ pub(super) fn shade(
         prim_id: hits.prim_ids(start),
         geom_id,
     };
-    let mut surface = frame.scene.surfaces(&at);
+    let mut surface = frame.scene.surfaces(&at, last);
     turn_to_viewer(&mut surface, &dir);
     let materials = frame.scene.materials();
     let [r, g, b, mirror] = of_materials(materials, &surface.material, |material| {
@@ -76,7 +98,7 @@ pub(super) fn shade(
         let here = light[axis] * ambient[axis] * own;
         Lanes::select(is_hit, here, background[axis] * weight)
     });
-    add(colors, path, asked, &color);
+    colors.add(path, asked, &color);
 
     let zero = F32x16::splat(0.0);
     let toward = normalized_or(&dir, &[zero; 3]);
@@ -90,29 +112,19 @@ pub(super) fn shade(
         }
     }
     let mask = Lanes::gt(own, zero).bits() & mask;
-    (mask != 0).then_some(ShadingPoints {
-        mask,
-        path: *path,
-        material: surface.material,
-        weight: own,
-        position: surface.position,
-        origin,
-        normal: surface.shading_normal,
-        geometric_normal: surface.geometric_normal,
-        to_viewer,
-    })
-}
-
-/// Adds the colours of the lanes in `mask` to those of their paths.
-#[inline(always)]
-fn add(colors: &mut [Vec3], path: &[u32; LANES], mask: u32, color: &Vectors) {
-    let [r, g, b] = each(|axis| color[axis].to_array());
-    let mut rest = mask;
-    while rest != 0 {
-        let lane = rest.trailing_zeros() as usize % LANES;
-        colors[path[lane] as usize] += Vec3::new(r[lane], g[lane], b[lane]);
-        rest &= rest - 1;
+    if mask == 0 {
+        return false;
     }
+    points.mask = mask;
+    points.path = *path;
+    points.material = surface.material;
+    points.weight = own;
+    points.position = surface.position;
+    points.origin = origin;
+    points.normal = surface.shading_normal;
+    points.geometric_normal = surface.geometric_normal;
+    points.to_viewer = to_viewer;
+    true
 }
 
 #[inline(always)]

@@ -7,16 +7,16 @@
 use std::sync::atomic::{AtomicU64, Ordering};
 
 use bumpalo::Bump;
-use glam::Vec3;
 
 use crate::error::ShapeError;
 use crate::points::{LightSamples, Points};
-use crate::render::arena::{array, pack};
+use crate::render::arena::{array, pack, sixteen};
 use crate::render::camera::Paths;
+use crate::render::colors::Colors;
 use crate::render::frame::{Cancelled, Frame};
 use crate::render::shade::ShadingPoints;
 use crate::render::stats::{Lap, RenderStats};
-use crate::scene::{LightShape, normalized_or};
+use crate::scene::{LANES, LightShape, normalized_or};
 use crate::shading::sampling::{SampleKey, StratifiedSet, light_dimension};
 use crate::shading::{phong, phong_lanes};
 use crate::simd::{F32x16, LaneMask, Lanes, each};
@@ -83,7 +83,7 @@ impl<'b> ShadowBatch<'b> {
         frame: &Frame<'_>,
         of: (u32, usize),
         points: &[ShadingPoints],
-        (paths, colors): (&Paths<'_>, &mut [Vec3]),
+        (paths, colors): (&Paths<'_>, &mut Colors<'_>),
         stats: &mut RenderStats,
     ) -> Result<(), Cancelled> {
         frame.check_cancelled()?;
@@ -118,9 +118,11 @@ impl<'b> ShadowBatch<'b> {
         stats.shadow_rays += len as u64 * u64::from(count);
         stats.placed_samples += samples.asked.into_inner() * u64::from(count);
 
-        let [r, g, b] = self.gain.each_ref().map(|part| &part[..len]);
-        for (point, &fraction) in self.fraction[..len].iter().enumerate() {
-            colors[path[point] as usize] += Vec3::new(r[point], g[point], b[point]) * fraction;
+        for start in (0..len).step_by(LANES) {
+            let mask = (1 << (len - start).min(LANES)) - 1;
+            let fraction = F32x16::load(&self.fraction[start..]);
+            let color = each(|axis| F32x16::load(&self.gain[axis][start..]) * fraction);
+            colors.add(sixteen(self.path, start), mask, &color);
         }
         stats.phases.shade += lap.seconds();
         Ok(())

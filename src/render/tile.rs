@@ -104,9 +104,10 @@ impl<'b> TileRenderer<'b> {
             let found = wave.trace(frame, &paths, stats)?;
             lap.seconds();
             if spp == 1 {
-                colors[first..last].iter_mut().zip(found).for_each(|(sum, &color)| *sum += color);
+                let found = found.iter(last - first);
+                colors[first..last].iter_mut().zip(found).for_each(|(sum, color)| *sum += color);
             } else {
-                for &color in found {
+                for color in found.iter(last - first) {
                     colors[pixel] += color;
                     sample += 1;
                     if sample == spp {

@@ -8,16 +8,15 @@
 //! the next bounce), so it does not depend on which other paths are in the wave.
 
 use bumpalo::Bump;
-use bumpalo::collections::Vec as ArenaVec;
-use glam::Vec3;
 
-use crate::render::arena::{ArenaHits, ArenaRays, array};
+use crate::render::arena::{ArenaHits, ArenaRays};
 use crate::render::camera::{CameraRays, Paths};
+use crate::render::colors::Colors;
 use crate::render::frame::{Cancelled, Frame};
 use crate::render::shade::{ShadingPoints, shade};
 use crate::render::shadows::ShadowBatch;
 use crate::render::stats::{Lap, RenderStats};
-use crate::scene::LANES;
+use crate::scene::{LANES, SharedPrimitive};
 
 /// The most camera rays in a wave: sixteen traversal tiles, so that all arrays stay in the second cache.
 pub(super) const WAVE_RAYS: usize = 4096;
@@ -28,9 +27,10 @@ pub(super) struct Wave<'b> {
     round: ArenaRays<'b>,
     next_round: ArenaRays<'b>,
     hits: ArenaHits<'b>,
-    points: ArenaVec<'b, ShadingPoints>,
+    points: &'b mut [ShadingPoints],
     shadows: ShadowBatch<'b>,
-    colors: &'b mut [Vec3],
+    colors: Colors<'b>,
+    last: SharedPrimitive,
 }
 
 impl<'b> Wave<'b> {
@@ -43,9 +43,10 @@ impl<'b> Wave<'b> {
             round: ArenaRays::with_capacity_in(capacity, arena),
             next_round: ArenaRays::with_capacity_in(mirrored, arena),
             hits: ArenaHits::with_capacity_in(capacity, arena),
-            points: ArenaVec::with_capacity_in(lit.div_ceil(LANES), arena),
+            points: arena.alloc_slice_fill_copy(lit.div_ceil(LANES), ShadingPoints::none()),
             shadows: ShadowBatch::new_in(frame, lit, arena),
-            colors: array(capacity, Vec3::ZERO, arena),
+            colors: Colors::with_capacity_in(capacity, arena),
+            last: SharedPrimitive::default(),
         }
     }
 
@@ -55,11 +56,11 @@ impl<'b> Wave<'b> {
         frame: &Frame<'_>,
         paths: &Paths<'_>,
         stats: &mut RenderStats,
-    ) -> Result<&[Vec3], Cancelled> {
+    ) -> Result<&Colors<'b>, Cancelled> {
         let mut lap = Lap::start();
         self.round.clear();
         self.camera.push(frame, paths, &mut self.round);
-        self.colors[..paths.len()].fill(Vec3::ZERO);
+        self.colors.clear(paths.len());
         stats.phases.camera += lap.seconds();
         let mut bounce = 0;
         loop {
@@ -77,15 +78,15 @@ impl<'b> Wave<'b> {
                 self.settle_unlit(frame);
                 stats.phases.shade += lap.seconds();
             } else {
-                self.find_points(frame, bounce);
+                let found = self.find_points(frame, bounce);
                 stats.phases.shade += lap.seconds();
                 for light in 0..frame.scene.lights().len() {
-                    let (points, colors) = (&self.points, &mut *self.colors);
+                    let (points, colors) = (&self.points[..found], &mut self.colors);
                     self.shadows.light(frame, (bounce, light), points, (paths, colors), stats)?;
                 }
             }
             if self.next_round.len() == 0 {
-                return Ok(&self.colors[..paths.len()]);
+                return Ok(&self.colors);
             }
             std::mem::swap(&mut self.round, &mut self.next_round);
             bounce += 1;
@@ -94,19 +95,22 @@ impl<'b> Wave<'b> {
 
     fn settle_unlit(&mut self, frame: &Frame<'_>) {
         let rays = self.round.as_rays();
-        for (index, color) in self.colors[..rays.len()].iter_mut().enumerate() {
+        for index in 0..rays.len() {
             let (ray, hit) = (rays.get(index), self.hits.get(index));
             let surface = hit.is_hit().then(|| frame.scene.surface(&ray, &hit));
-            *color = frame.unlit(&ray, &hit, surface.as_ref());
+            self.colors.set(index, frame.unlit(&ray, &hit, surface.as_ref()));
         }
     }
 
-    fn find_points(&mut self, frame: &Frame<'_>, bounce: u32) {
-        let Self { round, next_round, hits, points, colors, .. } = self;
-        points.clear();
+    /// Fills `points`; how many of them there are.
+    fn find_points(&mut self, frame: &Frame<'_>, bounce: u32) -> usize {
+        let Self { round, next_round, hits, points, colors, last, .. } = self;
+        let mut found = 0;
         for start in (0..round.len()).step_by(LANES) {
             let mirrors = (bounce < frame.settings.max_bounces).then_some(&mut *next_round);
-            points.extend(shade(frame, (round, hits, start), mirrors, colors));
+            let to = (&mut *colors, &mut points[found]);
+            found += usize::from(shade(frame, (round, hits, start), last, mirrors, to));
         }
+        found
     }
 }

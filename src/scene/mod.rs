@@ -4,6 +4,7 @@ mod batches;
 mod builder;
 mod camera;
 mod file;
+mod hit_primitives;
 mod light;
 mod material;
 mod mesh_file;
@@ -22,6 +23,7 @@ pub use camera::{Camera, CameraError, View};
 pub use file::{
     LoadError, LoadOptions, Loaded, Place, Problem, load, load_obj, load_ply, load_toml, load_with,
 };
+pub(crate) use hit_primitives::SharedPrimitive;
 pub use light::{Light, LightShape};
 pub use material::Material;
 pub use settings::{

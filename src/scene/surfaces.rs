@@ -1,14 +1,12 @@
 //! The surfaces at sixteen hits, side by side: what [`super::Surface`] is for one.
 //!
 //! Each lane has the bits of [`Scene::surface`]: the same operations in the same order, none fused.
-//! Primitives are taken out one by one, unless all lanes hit the same one; the rest is computed for
-//! all lanes of a kind at once. Lanes that hit nothing hold numbers without a meaning.
-
-use glam::Vec3;
+//! All is computed for all lanes of a kind at once. Lanes that hit nothing hold numbers without a
+//! meaning.
 
 use super::surface::gamma;
-use crate::bvh::Primitive;
 use crate::scene::Scene;
+use crate::scene::hit_primitives::{FIELDS, Found, NORMALS, SharedPrimitive};
 use crate::scene::vectors::{
     LANES, Vectors, across, arrays, dot, doubles, next_towards, normalized_or, unit_or,
 };
@@ -37,21 +35,6 @@ pub(crate) struct SurfaceLanes {
     pub(crate) material: [u32; LANES],
 }
 
-/// The primitives of sixteen hits, field by field.
-struct Found {
-    /// Corners, or centre and radius.
-    fields: [[f32; LANES]; 12],
-    triangles: u32,
-    quads: u32,
-    spheres: u32,
-    /// The lanes whose mesh has normals, and those.
-    smooth: u32,
-    normals: [[f32; LANES]; 9],
-    material: [u32; LANES],
-    /// The primitive's unit normal, if all hit the same one and it is flat.
-    shared_normal: Option<Vec3>,
-}
-
 impl SurfaceLanes {
     /// [`super::Surface::offset_origin`] along the geometric normal.
     #[inline(always)]
@@ -72,10 +55,11 @@ impl SurfaceLanes {
 }
 
 impl Scene {
-    /// The surfaces at the hits of `at`, of which there is at least one.
+    /// The surfaces at the hits of `at`, of which there is at least one. `last` is what the call before,
+    /// for the same scene, left there.
     #[inline(always)]
-    pub(crate) fn surfaces(&self, at: &HitLanes<'_>) -> SurfaceLanes {
-        let found = self.found(at);
+    pub(crate) fn surfaces(&self, at: &HitLanes<'_>, last: &mut SharedPrimitive) -> SurfaceLanes {
+        let found = self.found(at.mask, (at.geom_id, at.prim_id), last);
         let zero = [F32x16::splat(0.0); 3];
         let mut position = zero;
         let mut error = zero;
@@ -107,86 +91,6 @@ impl Scene {
             geometric_normal: normal,
             shading_normal,
             material: found.material,
-        }
-    }
-
-    #[inline(always)]
-    fn found(&self, at: &HitLanes<'_>) -> Found {
-        let first = at.mask.trailing_zeros() as usize % LANES;
-        let (first_geom, first_prim) = (at.geom_id[first], at.prim_id[first]);
-        let mut found = Found {
-            fields: [[0.0; LANES]; 12],
-            triangles: 0,
-            quads: 0,
-            spheres: 0,
-            smooth: 0,
-            normals: [[0.0; LANES]; 9],
-            material: [self.geometries[first_geom as usize].material; LANES],
-            shared_normal: None,
-        };
-        let mut others = 0;
-        for lane in 0..LANES {
-            let differs = (at.geom_id[lane] ^ first_geom) | (at.prim_id[lane] ^ first_prim);
-            others |= u32::from(differs != 0) << lane;
-        }
-        if others & at.mask == 0 {
-            self.find(at, first, at.mask, &mut found);
-            found.shared_normal = self.flat_normal(first_geom, first_prim);
-            for field in found.fields.iter_mut().chain(&mut found.normals) {
-                *field = [field[first]; LANES];
-            }
-        } else {
-            let mut rest = at.mask;
-            while rest != 0 {
-                let lane = rest.trailing_zeros() as usize % LANES;
-                self.find(at, lane, 1 << lane, &mut found);
-                rest &= rest - 1;
-            }
-        }
-        found
-    }
-
-    /// Writes the primitive of a lane, which `lanes` share.
-    #[inline(always)]
-    fn find(&self, at: &HitLanes<'_>, lane: usize, lanes: u32, found: &mut Found) {
-        let (geom_id, prim_id) = (at.geom_id[lane], at.prim_id[lane]);
-        let geometry = &self.geometries[geom_id as usize];
-        found.material[lane] = geometry.material;
-        let fields = &mut found.fields;
-        let mut write = |first: usize, point: Vec3| {
-            for axis in 0..3 {
-                fields[first + axis][lane] = point[axis];
-            }
-        };
-        let primitive = self.primitive(geom_id, prim_id);
-        match primitive.expect("a hit names a primitive that is in the tree") {
-            Primitive::Triangle([a, b, c]) => {
-                write(0, a);
-                write(3, b);
-                write(6, c);
-                found.triangles |= lanes;
-            }
-            Primitive::Quad([a, b, c, d]) => {
-                write(0, a);
-                write(3, b);
-                write(6, c);
-                write(9, d);
-                found.quads |= lanes;
-            }
-            Primitive::Sphere(center, radius) => {
-                write(0, center);
-                fields[3][lane] = radius;
-                found.spheres |= lanes;
-            }
-        }
-        if let Some(of) = &geometry.normals {
-            found.smooth |= lanes;
-            for (corner, &index) in of.indices[prim_id as usize].iter().enumerate() {
-                let normal = of.normals[index as usize];
-                for axis in 0..3 {
-                    found.normals[3 * corner + axis][lane] = normal[axis];
-                }
-            }
         }
     }
 }
@@ -236,10 +140,10 @@ fn flat_normal(found: &Found, edge_u: &Vectors, edge_v: &Vectors) -> Vectors {
 }
 
 #[inline(always)]
-fn spheres(at: &HitLanes<'_>, fields: &[[f32; LANES]; 12]) -> [Vectors; 3] {
-    let (center, radius) = (point(fields, 0), F32x16::new(fields[3]));
+fn spheres(at: &HitLanes<'_>, fields: &[F32x16; FIELDS]) -> [Vectors; 3] {
+    let (center, radius) = (point(fields, 0), fields[3]);
     let met = each(|axis| at.origin[axis] + at.dir[axis] * at.t);
-    let (out, middle, size) = (arrays(&from_to(&center, &met)), arrays(&center), fields[3]);
+    let (out, middle, size) = (arrays(&from_to(&center, &met)), arrays(&center), radius.to_array());
     let (mut position, mut normal) = ([[0.0; LANES]; 3], [[0.0; LANES]; 3]);
     // Arrays, and loops without branches, so that the compiler makes registers of doubles of it.
     for lane in 0..LANES {
@@ -258,9 +162,9 @@ fn spheres(at: &HitLanes<'_>, fields: &[[f32; LANES]; 12]) -> [Vectors; 3] {
 
 /// The interpolated normals, on the side of the primitives' own.
 #[inline(always)]
-fn blended(at: &HitLanes<'_>, normals: &[[f32; LANES]; 9], geometric: &Vectors) -> Vectors {
+fn blended(at: &HitLanes<'_>, normals: &[F32x16; NORMALS], geometric: &Vectors) -> Vectors {
     let w = F32x16::splat(1.0) - at.u - at.v;
-    let of = |corner: usize, axis: usize| F32x16::new(normals[3 * corner + axis]);
+    let of = |corner: usize, axis: usize| normals[3 * corner + axis];
     let sum = each(|axis| of(0, axis) * w + of(1, axis) * at.u + of(2, axis) * at.v);
     let blend = normalized_or(&sum, geometric);
     let turned = Lanes::lt(dot(&blend, geometric), F32x16::splat(0.0));
@@ -284,12 +188,14 @@ fn from_to(a: &Vectors, b: &Vectors) -> Vectors {
 }
 
 #[inline(always)]
-fn point(fields: &[[f32; LANES]; 12], first: usize) -> Vectors {
-    each(|axis| F32x16::new(fields[first + axis]))
+fn point(fields: &[F32x16; FIELDS], first: usize) -> Vectors {
+    each(|axis| fields[first + axis])
 }
 
 #[cfg(test)]
 mod tests {
+    use glam::Vec3;
+
     use super::*;
     use crate::geometry::shapes;
     use crate::hit::Hit;
@@ -342,7 +248,7 @@ mod tests {
         }
         let hits: Vec<_> =
             rays.iter().map(|ray| scene.intersect(ray).unwrap_or(Hit::MISS)).collect();
-        let mut kinds = [0; 7];
+        let (mut kinds, mut last) = ([0; 7], SharedPrimitive::default());
         for (index, (rays, hits)) in rays.chunks(LANES).zip(hits.chunks(LANES)).enumerate() {
             let lanes = |of: &dyn Fn(usize) -> f32| F32x16::new(std::array::from_fn(of));
             // Lanes that are not asked for hold ids of nothing.
@@ -358,7 +264,7 @@ mod tests {
                 prim_id: &std::array::from_fn(|lane| id(lane, hits[lane].prim_id)),
                 geom_id: &std::array::from_fn(|lane| id(lane, hits[lane].geom_id)),
             };
-            let found = scene.surfaces(&at);
+            let found = scene.surfaces(&at, &mut last);
             let origin = found.offset_origin();
             for lane in (0..LANES).filter(|lane| asked >> lane & 1 != 0) {
                 kinds[hits[lane].geom_id as usize] += 1;
