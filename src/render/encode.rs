@@ -64,7 +64,7 @@ fn eight_bits(image: &Image) -> Vec<u8> {
     tasks.for_each(|(bytes, pixels)| {
         let values = pixels.as_flattened();
         match image.aov {
-            Aov::Color => write_each(bytes, values, |value| codes.of(value)),
+            Aov::Color => codes.write(values, bytes),
             Aov::Normal => write_each(bytes, values, |n| eighth(n * 0.5 + 0.5)),
             Aov::Depth => write_each(bytes, values, |depth| eighth((far - depth) / range)),
             Aov::Prim => {
@@ -77,9 +77,7 @@ fn eight_bits(image: &Image) -> Vec<u8> {
     bytes
 }
 
-/// Writes what `of` gives for each value. A loop over values, not pixels, which the compiler puts into
-/// registers.
-#[inline(always)]
+/// Writes what `of` gives for each value.
 fn write_each(bytes: &mut [u8], values: &[f32], of: impl Fn(f32) -> u8) {
     bytes.iter_mut().zip(values).for_each(|(byte, &value)| *byte = of(value));
 }
@@ -124,6 +122,15 @@ impl SrgbCodes {
             *entry = ((code as u32 + 1) << Self::SHIFT) - second;
         }
         Self { of_step }
+    }
+
+    /// Writes the code of each value. A function of its own: only if the compiler is told that none of
+    /// the three lie in one another does it look up sixteen values at once, a third of the time.
+    #[inline(never)]
+    fn write(&self, values: &[f32], bytes: &mut [u8]) {
+        for (byte, &value) in bytes.iter_mut().zip(values) {
+            *byte = self.of(value);
+        }
     }
 
     /// The code of a linear value; 0 for NaN.
