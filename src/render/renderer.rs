@@ -157,10 +157,7 @@ impl<'a> Renderer<'a> {
                 let mut lap = Lap::start();
                 let row = index / across;
                 let mut band = bands[row as usize].lock().unwrap_or_else(PoisonError::into_inner);
-                for (&[x, y], color) in tile.places.iter().zip(&tile.colors) {
-                    let (x, y) = (x - area.x0, y - area.y0 - row * tiling.side);
-                    band[y as usize * width + x as usize] = color.to_array();
-                }
+                tile.write(index, &mut band);
                 drop(band);
                 stats.phases.film += lap.seconds();
 

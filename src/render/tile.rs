@@ -25,11 +25,14 @@ const TILES_A_WORKER: u32 = 16;
 /// The pixels of a whole tile, column and row, along Morton's curve. It starts with those of smaller tiles.
 const CURVE: [[u8; 2]; (LARGEST_SIDE * LARGEST_SIDE) as usize] = curve();
 
+/// Where on the curve the pixels of a tile's first row are; those of its first column are at the doubles.
+const ALONG: [u16; LARGEST_SIDE as usize] = along();
+
 /// What a worker renders tiles with: arrays that are used again by each.
 pub(super) struct TileRenderer<'b> {
     /// The pixels of the tile, in no order that matters.
-    pub(super) places: Vec<Place>,
-    pub(super) colors: Vec<Vec3>,
+    places: Vec<Place>,
+    colors: Vec<Vec3>,
     wave: Wave<'b>,
     tiling: Tiling,
 }
@@ -91,10 +94,11 @@ impl<'b> TileRenderer<'b> {
         } else {
             places.extend(curve.filter(|&[x, y]| x < area.x1 && y < area.y1));
         }
-        colors.clear();
-        colors.resize(count, Vec3::ZERO);
-
         let (spp, seed) = (frame.settings.spp, frame.settings.seed);
+        colors.clear();
+        if spp > 1 {
+            colors.resize(count, Vec3::ZERO);
+        }
         let rays = count * spp as usize;
         stats.phases.camera += lap.seconds();
         let (mut pixel, mut sample) = (0, 0);
@@ -104,8 +108,8 @@ impl<'b> TileRenderer<'b> {
             let found = wave.trace(frame, &paths, stats)?;
             lap.seconds();
             if spp == 1 {
-                let found = found.iter(last - first);
-                colors[first..last].iter_mut().zip(found).for_each(|(sum, color)| *sum += color);
+                // Added to zero, as sums are: -0 becomes 0.
+                colors.extend(found.iter(last - first).map(|color| Vec3::ZERO + color));
             } else {
                 for color in found.iter(last - first) {
                     colors[pixel] += color;
@@ -123,6 +127,25 @@ impl<'b> TileRenderer<'b> {
         stats.phases.film += lap.seconds();
         Ok(())
     }
+
+    /// Writes tile `index`, which was rendered last, to its rows of the picture.
+    pub(super) fn write(&self, index: u32, rows: &mut [[f32; 3]]) {
+        let (area, tile, side) = (&self.tiling.area, self.tiling.tile(index), self.tiling.side);
+        let (width, left) = (area.width() as usize, (tile.x0 - area.x0) as usize);
+        if self.colors.len() == (side * side) as usize {
+            for (row, down) in rows.chunks_exact_mut(width).zip(ALONG) {
+                let row = &mut row[left..left + side as usize];
+                for (pixel, across) in row.iter_mut().zip(ALONG) {
+                    *pixel = self.colors[usize::from(across + 2 * down)].to_array();
+                }
+            }
+            return;
+        }
+        for (&[x, y], color) in self.places.iter().zip(&self.colors) {
+            let (x, y) = (x - area.x0, y - tile.y0);
+            rows[y as usize * width + x as usize] = color.to_array();
+        }
+    }
 }
 
 const fn curve() -> [[u8; 2]; (LARGEST_SIDE * LARGEST_SIDE) as usize] {
@@ -133,6 +156,18 @@ const fn curve() -> [[u8; 2]; (LARGEST_SIDE * LARGEST_SIDE) as usize] {
         code += 1;
     }
     curve
+}
+
+const fn along() -> [u16; LARGEST_SIDE as usize] {
+    let mut along = [0; LARGEST_SIDE as usize];
+    let mut code = 0;
+    while code < CURVE.len() {
+        if CURVE[code][1] == 0 {
+            along[CURVE[code][0] as usize] = code as u16;
+        }
+        code += 1;
+    }
+    along
 }
 
 /// The bits 0, 2, 4, 6 and 8 of `code` side by side: a coordinate of Morton's curve.
@@ -159,6 +194,13 @@ mod tests {
                 seen[((cx - x) + 4 * (cy - y)) as usize] = true;
             }
             assert_eq!(seen, [true; 16]);
+        }
+    }
+
+    #[test]
+    fn pixels_are_found_on_the_curve() {
+        for (code, [x, y]) in CURVE.into_iter().enumerate() {
+            assert_eq!(usize::from(ALONG[x as usize] + 2 * ALONG[y as usize]), code);
         }
     }
 
