@@ -34,7 +34,7 @@ pub struct PhaseSeconds {
     pub shade: f64,
     /// Which fraction of each light points see, the samples' positions with it.
     pub shadow: f64,
-    /// Sums of samples, written to the picture.
+    /// Sums of samples, written to the picture; most of it is the first use of the picture's memory.
     pub film: f64,
 }
 

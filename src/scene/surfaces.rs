@@ -249,10 +249,8 @@ mod tests {
         let hits: Vec<_> =
             rays.iter().map(|ray| scene.intersect(ray).unwrap_or(Hit::MISS)).collect();
         let (mut kinds, mut last) = ([0; 7], SharedPrimitive::default());
-        for (index, (rays, hits)) in rays.chunks(LANES).zip(hits.chunks(LANES)).enumerate() {
+        let mut check = |rays: &[Ray], hits: &[Hit], asked: u32| {
             let lanes = |of: &dyn Fn(usize) -> f32| F32x16::new(std::array::from_fn(of));
-            // Lanes that are not asked for hold ids of nothing.
-            let asked = if index % 3 == 0 { 0x5a5a } else { 0xffff };
             let id = |lane: usize, id: u32| if asked >> lane & 1 != 0 { id } else { u32::MAX };
             let at = HitLanes {
                 mask: asked,
@@ -278,6 +276,14 @@ mod tests {
                 assert_eq!(bits(&origin), of(one.offset_origin(one.geometric_normal)));
                 assert_eq!(found.material[lane], one.material);
             }
+        };
+        for (index, (rays, hits)) in rays.chunks(LANES).zip(hits.chunks(LANES)).enumerate() {
+            // Lanes that are not asked for hold ids of nothing.
+            check(rays, hits, if index % 3 == 0 { 0x5a5a } else { 0xffff });
+        }
+        // One primitive in all lanes, then another one of the same mesh.
+        for (ray, hit) in rays.iter().zip(&hits).step_by(7) {
+            check(&[*ray; LANES], &[*hit; LANES], 0xffff);
         }
         assert!(kinds.iter().filter(|&&hits| hits > 10).count() >= 7, "{kinds:?}");
     }
