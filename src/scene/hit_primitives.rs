@@ -119,17 +119,13 @@ impl Scene {
         let mut rest = mask;
         while rest != 0 {
             let lane = rest.trailing_zeros() as usize % LANES;
-            let one = self.one_primitive(geom_ids[lane], prim_ids[lane]);
-            material[lane] = one.material;
-            of_kind[one.kind as usize] |= 1 << lane;
-            for (field, value) in fields.iter_mut().zip(one.fields) {
-                field[lane] = value;
-            }
-            if let Some(of) = one.normals {
+            let (geom_id, prim_id) = (geom_ids[lane], prim_ids[lane]);
+            material[lane] = self.geometries[geom_id as usize].material;
+            // Written where they stay: by way of an array a primitive's values take a third longer.
+            let kind = self.fields_of(geom_id, prim_id, |field, value| fields[field][lane] = value);
+            of_kind[kind as usize] |= 1 << lane;
+            if self.normals_of(geom_id, prim_id, |field, value| normals[field][lane] = value) {
                 smooth |= 1 << lane;
-                for (normal, value) in normals.iter_mut().zip(of) {
-                    normal[lane] = value;
-                }
             }
             rest &= rest - 1;
         }
@@ -146,37 +142,57 @@ impl Scene {
         }
     }
 
-    #[inline(always)]
     fn one_primitive(&self, geom_id: u32, prim_id: u32) -> OnePrimitive {
-        let geometry = &self.geometries[geom_id as usize];
-        let mut fields = [0.0; FIELDS];
-        let mut write = |first: usize, point: Vec3| {
-            fields[first..first + 3].copy_from_slice(&point.to_array());
+        let (mut fields, mut normals) = ([0.0; FIELDS], [0.0; NORMALS]);
+        let kind = self.fields_of(geom_id, prim_id, |field, value| fields[field] = value);
+        let smooth = self.normals_of(geom_id, prim_id, |field, value| normals[field] = value);
+        let material = self.geometries[geom_id as usize].material;
+        OnePrimitive { kind, fields, normals: smooth.then_some(normals), material }
+    }
+
+    /// Has the corners, or centre and radius, written.
+    #[inline(always)]
+    fn fields_of(&self, geom_id: u32, prim_id: u32, mut write: impl FnMut(usize, f32)) -> Kind {
+        let mut point = |first: usize, point: Vec3| {
+            for axis in 0..3 {
+                write(first + axis, point[axis]);
+            }
         };
         let primitive = self.primitive(geom_id, prim_id);
-        let kind = match primitive.expect("a hit names a primitive that is in the tree") {
-            Primitive::Triangle(corners) => {
-                for (corner, point) in corners.into_iter().enumerate() {
-                    write(3 * corner, point);
-                }
+        match primitive.expect("a hit names a primitive that is in the tree") {
+            Primitive::Triangle([a, b, c]) => {
+                point(0, a);
+                point(3, b);
+                point(6, c);
                 Kind::Triangle
             }
-            Primitive::Quad(corners) => {
-                for (corner, point) in corners.into_iter().enumerate() {
-                    write(3 * corner, point);
-                }
+            Primitive::Quad([a, b, c, d]) => {
+                point(0, a);
+                point(3, b);
+                point(6, c);
+                point(9, d);
                 Kind::Quad
             }
             Primitive::Sphere(center, radius) => {
-                write(0, center);
-                fields[3] = radius;
+                point(0, center);
+                write(3, radius);
                 Kind::Sphere
             }
+        }
+    }
+
+    /// Has the normals at a triangle's corners written; false if its mesh has none.
+    #[inline(always)]
+    fn normals_of(&self, geom_id: u32, prim_id: u32, mut write: impl FnMut(usize, f32)) -> bool {
+        let Some(of) = &self.geometries[geom_id as usize].normals else {
+            return false;
         };
-        let normals = geometry.normals.as_ref().map(|of| {
-            let corners = of.indices[prim_id as usize].map(|index| of.normals[index as usize]);
-            each(|value| corners[value / 3][value % 3])
-        });
-        OnePrimitive { kind, fields, normals, material: geometry.material }
+        for (corner, &index) in of.indices[prim_id as usize].iter().enumerate() {
+            let normal = of.normals[index as usize];
+            for axis in 0..3 {
+                write(3 * corner + axis, normal[axis]);
+            }
+        }
+        true
     }
 }
