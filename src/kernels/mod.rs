@@ -28,7 +28,10 @@ pub use quad::intersect_quad;
 pub use scaled::{Projected, ScaledRay, Sheared};
 pub use slab::SlabRay;
 pub use sphere::intersect_sphere;
-pub use triangle::{intersect_triangle, intersect_triangle_after, intersect_triangles_straight};
+pub use triangle::{
+    intersect_triangle, intersect_triangle_after, intersect_triangles_straight,
+    may_meet_triangle_after,
+};
 
 use crate::simd::Lanes;
 

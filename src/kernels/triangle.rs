@@ -40,15 +40,7 @@ pub fn intersect_triangle_after<F: Lanes>(
     active: F::Mask,
 ) -> Option<Met<F>> {
     let (weights, inside) = weights(&corners, active);
-    let [a, b, c] = &corners;
-    let [weight_a, weight_b, weight_c] = weights;
-    let area = weight_a + weight_b + weight_c;
-    let moment = weight_a.mul_add_fast(a.depth, weight_b.mul_add_fast(b.depth, weight_c * c.depth));
-    // `t` less the start, times the area: not yet divided.
-    let beyond = start.neg_mul_add(area, moment * ray.inverse);
-    // What underflows may have any sign: then the product is smaller than this.
-    let before = (beyond * area).lt(F::splat(-f32::MIN_POSITIVE));
-    let inside = inside & !before;
+    let inside = inside & !before(ray, &corners, &weights, start);
     if !inside.any() {
         return None;
     }
@@ -77,6 +69,34 @@ fn weights<F: Lanes>([a, b, c]: &[Projected<F>; 3], active: F::Mask) -> ([F; 3],
     let inside = weight_a.min(weight_b).min(weight_c).ge(zero)
         | weight_a.max(weight_b).max(weight_c).le(zero);
     (weights, inside & active)
+}
+
+/// The lanes of which [`intersect_triangle_after`] would divide: all others meet nothing, for sure.
+#[inline(always)]
+pub fn may_meet_triangle_after<F: Lanes>(
+    ray: &Sheared<F>,
+    corners: &[Projected<F>; 3],
+    start: F,
+    active: F::Mask,
+) -> F::Mask {
+    let (weights, inside) = weights(corners, active);
+    inside & !before(ray, corners, &weights, start)
+}
+
+/// The lanes whose lines pass the triangle before `start`, for sure.
+#[inline(always)]
+fn before<F: Lanes>(
+    ray: &Sheared<F>,
+    [a, b, c]: &[Projected<F>; 3],
+    &[weight_a, weight_b, weight_c]: &[F; 3],
+    start: F,
+) -> F::Mask {
+    let area = weight_a + weight_b + weight_c;
+    let moment = weight_a.mul_add_fast(a.depth, weight_b.mul_add_fast(b.depth, weight_c * c.depth));
+    // `t` less the start, times the area: not yet divided.
+    let beyond = start.neg_mul_add(area, moment * ray.inverse);
+    // What underflows may have any sign: then the product is smaller than this.
+    (beyond * area).lt(F::splat(-f32::MIN_POSITIVE))
 }
 
 #[inline(always)]

@@ -86,6 +86,7 @@ impl Cull for Beams {
     /// Minima and maxima in the beams' axes.
     type Boxes = [[f32; 8]; 6];
     const LOOSE: bool = true;
+    const BOUNDED: bool = true;
     const FAN: bool = false;
 
     #[inline(always)]

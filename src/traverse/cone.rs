@@ -77,6 +77,7 @@ impl<const FAN: bool> Cone<FAN> {
 impl<const FAN: bool> Cull for Cone<FAN> {
     type Boxes = Footprints;
     const LOOSE: bool = !FAN;
+    const BOUNDED: bool = true;
     const FAN: bool = FAN;
 
     #[inline(always)]

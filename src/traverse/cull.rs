@@ -15,6 +15,8 @@ pub(super) trait Cull {
     type Boxes;
     /// True if groups should test boxes with their own rays too.
     const LOOSE: bool;
+    /// True if groups have bounds at all.
+    const BOUNDED: bool;
     /// True if all rays start at [`Cull::origin`], exactly.
     const FAN: bool;
     /// Where all rays of a fan start; else zero.

@@ -10,7 +10,7 @@ use super::{Closest, SHEAR_ORDER};
 use crate::hit::NO_HIT;
 use crate::kernels::{
     BeamAxes, Met, Projected, ScaledRay, Sheared, SlabRay, intersect_quad, intersect_sphere,
-    intersect_triangle, intersect_triangle_after,
+    intersect_triangle, intersect_triangle_after, may_meet_triangle_after,
 };
 use crate::simd::{LaneMask, Lanes, each};
 
@@ -157,10 +157,9 @@ impl<F: Lanes> Group<F> {
     /// Tests a triangle, which may already be relative to the origin that all rays share. True if it is
     /// kept for any lane.
     ///
-    /// `APART` if rays start apart from each other, each on something else: what they start on is then left
-    /// out early, and the rays must have been made ready for it.
+    /// What rays start on is left out early if `AFTER`: the rays must have been made ready for that.
     #[inline(always)]
-    pub(super) fn meet_triangle<const ANY: bool, const APART: bool>(
+    pub(super) fn meet_triangle<const ANY: bool, const AFTER: bool>(
         &mut self,
         corners: &Corners<F, 3>,
         from_origin: bool,
@@ -168,12 +167,21 @@ impl<F: Lanes> Group<F> {
     ) -> bool {
         let start = self.start;
         self.meet_points::<ANY, 3>(corners, from_origin, id, |ray, corners, active| {
-            if APART {
+            if AFTER {
                 intersect_triangle_after(ray, corners, start, active)
             } else {
                 intersect_triangle(ray, corners, active)
             }
         })
+    }
+
+    /// False if [`Group::meet_triangle`] would keep nothing, whatever its rays have met; told without a
+    /// branch. The rays must have been made ready for primitives.
+    #[inline(always)]
+    pub(super) fn may_meet_triangle(&self, corners: &Corners<F, 3>) -> bool {
+        let ray = self.sheared();
+        let corners = self.projected(&ray, corners, false);
+        may_meet_triangle_after(&ray, &corners, self.start, self.ray.valid).any()
     }
 
     /// Tests a quad, its corners in order around it, likewise. True if it is kept for any lane.
@@ -199,21 +207,32 @@ impl<F: Lanes> Group<F> {
         test: impl Fn(&Sheared<F>, [Projected<F>; POINTS], F::Mask) -> Option<Met<F>>,
     ) -> bool {
         let ray = self.sheared();
+        let corners = self.projected(&ray, corners, from_origin);
+        let met = test(&ray, corners, self.wanted::<ANY>());
+        met.is_some_and(|met| self.keep::<ANY>(&met, id))
+    }
+
+    /// The corners of a primitive as all lanes see them, whatever their main axes are.
+    #[inline(always)]
+    fn projected<const POINTS: usize>(
+        &self,
+        ray: &Sheared<F>,
+        corners: &Corners<F, POINTS>,
+        from_origin: bool,
+    ) -> [Projected<F>; POINTS] {
         // One test for both, and for rays along several axes: cheaper than one for each axis.
         let points = if self.axes == corners.axis() {
             corners.straight()
         } else {
             corners.turned(&self.along)
         };
-        let corners = each(|corner| {
+        each(|corner| {
             if from_origin {
                 ray.project_from_origin(points[corner])
             } else {
                 ray.project(points[corner])
             }
-        });
-        let met = test(&ray, corners, self.wanted::<ANY>());
-        met.is_some_and(|met| self.keep::<ANY>(&met, id))
+        })
     }
 
     /// Tests a sphere, centre and radius. True if it is kept for any lane.

@@ -10,6 +10,7 @@ pub(super) struct Open;
 impl Cull for Open {
     type Boxes = ();
     const LOOSE: bool = true;
+    const BOUNDED: bool = false;
     const FAN: bool = false;
 
     #[inline(always)]

@@ -1,7 +1,7 @@
 //! A tile at a leaf: its primitives, each with the groups whose bounds meet the primitive's box.
 
-use super::Tile;
-use crate::bvh::{Bvh, Child, LeafArray, PrimKind};
+use super::{GROUPS, Tile};
+use crate::bvh::{Bvh, Child, LeafArray, PrimKind, WIDTH};
 use crate::simd::{F32x8, Lanes, each};
 use crate::traverse::corners::Corners;
 use crate::traverse::cull::Cull;
@@ -25,19 +25,26 @@ impl<F: Lanes> Tile<F> {
             return;
         };
         let leaf = (first, count);
+        // Rays that look for any hit end with it: to test all pairs beforehand is too much for them.
+        let sift = C::BOUNDED && !ANY;
         match kind {
             PrimKind::Triangle => self.enter_leaf::<ANY, C, 9, Corners<F, 3>>(
                 cull,
                 groups,
                 (&leaves.triangles, leaf),
                 |main, field| Corners::new(main, field),
-                |group, corners, id| group.meet_triangle::<ANY, APART>(corners, C::FAN, id),
+                sift.then_some(Group::may_meet_triangle),
+                |group, corners, id| match sift {
+                    true => group.meet_triangle::<ANY, false>(corners, C::FAN, id),
+                    false => group.meet_triangle::<ANY, APART>(corners, C::FAN, id),
+                },
             ),
             PrimKind::Quad => self.enter_leaf::<ANY, C, 12, Corners<F, 4>>(
                 cull,
                 groups,
                 (&leaves.quads, leaf),
                 |main, field| Corners::new(main, field),
+                None::<fn(&_, &_) -> _>,
                 |group, corners, id| group.meet_quad::<ANY>(corners, C::FAN, id),
             ),
             PrimKind::Sphere => self.enter_leaf::<ANY, C, 4, [f32; 4]>(
@@ -45,13 +52,19 @@ impl<F: Lanes> Tile<F> {
                 groups,
                 (&leaves.spheres, leaf),
                 |_, field| each(field),
+                None::<fn(&_, &_) -> _>,
                 |group, sphere, id| group.meet_sphere::<ANY>(sphere, id),
             ),
         }
     }
 
-    /// Tests the primitives of a leaf: `ready` takes one out, given the axis along which most rays run and
-    /// its fields, and `meet` tests it with a group.
+    /// Tests the primitives of a leaf. `ready` takes one out, given the axis along which most rays run and
+    /// its fields; `may_meet` tells of a group whether `meet`, which tests it, may find something (of fans,
+    /// outlines tell that).
+    ///
+    /// With the former all pairs of a primitive and a group are sifted before any is tested, without
+    /// branches: else each is a branch that is guessed wrong every other time, and what was begun of the next
+    /// pairs is lost. Camera rays are 1.02 to 1.13 times as fast for it, mirrors 1.02 to 1.04.
     #[inline(always)]
     fn enter_leaf<const ANY: bool, C: Cull, const FIELDS: usize, P>(
         &mut self,
@@ -59,47 +72,82 @@ impl<F: Lanes> Tile<F> {
         groups: u32,
         (array, (first, len)): (&LeafArray<FIELDS>, (u32, u32)),
         ready: impl Fn(usize, &dyn Fn(usize) -> f32) -> P,
+        may_meet: Option<impl Fn(&Group<F>, &P) -> bool>,
         meet: impl Fn(&mut Group<F>, &P, u32) -> bool,
     ) {
         count(|visits| visits.leaves += 1);
         self.spend(pace::LEAF);
         let packed = array.leaf(first, len);
         let (boxes, places) = cull.boxes(boxes::<FIELDS>(|field| F32x8::load(packed.lanes(field))));
-        let leaf: Leaf<FIELDS> = if C::FAN && FIELDS != SPHERE_FIELDS {
-            Leaf::seen_from(cull.origin(), packed)
-        } else {
-            Leaf::new(packed)
-        };
-        let outlines = if C::FAN { leaf.outlines() } else { None };
-        let ids = &array.ids[first as usize..][..len as usize];
         let mut places = places & ((1 << len) - 1);
+        let ids = &array.ids[first as usize..][..len as usize];
+        let main = self.main;
+        // Not before it is known that some group may meet something: many leaves are entered in vain.
+        let unpacked = || -> (Leaf<FIELDS>, _) {
+            if C::FAN && FIELDS != SPHERE_FIELDS {
+                let leaf = Leaf::seen_from(cull.origin(), packed);
+                let outlines = leaf.outlines();
+                (leaf, outlines)
+            } else {
+                (Leaf::new(packed), None)
+            }
+        };
         let mut closer = 0;
-        while places != 0 {
-            let place = places.trailing_zeros();
-            places &= places - 1;
-            let mut met = cull.groups(&boxes, place as usize).0 & groups & self.live;
-            if met == 0 {
-                continue;
+        if let Some(may_meet) = may_meet {
+            // A bit for each group of the first four primitives, and of the next four.
+            let mut pairs = [0_u64; 2];
+            for place in ones(places) {
+                let met = cull.groups(&boxes, place & 7).0 & groups;
+                count(|visits| visits.primitives += u64::from(met != 0));
+                pairs[place >> 2 & 1] |= u64::from(met) << (GROUPS * (place & 3));
             }
-            count(|visits| visits.primitives += 1);
-            self.spend(pace::PRIMITIVE * met.count_ones());
-            if let Some(outlines) = &outlines {
-                let inside = |index: usize| {
-                    outlines.may_meet(place as usize, &self.groups[index & 15].ray.dir)
-                };
-                met = ones(met).fold(0, |met, index| met | u32::from(inside(index)) << index);
+            let number = pairs[0].count_ones() + pairs[1].count_ones();
+            if number == 0 {
+                return;
             }
-            let primitive = ready(self.main, &|field| leaf.field(place as usize, field));
-            let id = ids[place as usize];
-            for index in ones(met) {
-                count(|visits| visits.primitive_groups += 1);
-                let group = &mut self.groups[index];
-                if meet(group, &primitive, id) {
-                    count(|visits| visits.met_groups += 1);
-                    closer |= 1 << index;
-                    if ANY && group.is_dead() {
-                        self.live &= !(1 << index);
-                    }
+            self.spend(pace::PRIMITIVE * number);
+            let (leaf, outlines) = unpacked();
+            let taken = |place: usize| ready(main, &|field| leaf.field(place, field));
+            let (mut left, mut kept) = ([0_u8; GROUPS * WIDTH], 0);
+            for (half, mut pairs) in pairs.into_iter().enumerate() {
+                while pairs != 0 {
+                    let pair = 64 * half + pairs.trailing_zeros() as usize;
+                    pairs &= pairs - 1;
+                    let (place, group) = (pair / GROUPS, &self.groups[pair % GROUPS]);
+                    let may_meet = match &outlines {
+                        Some(outlines) => outlines.may_meet(place, &group.ray.dir),
+                        None => may_meet(group, &taken(place)),
+                    };
+                    left[kept % (GROUPS * WIDTH)] = pair as u8;
+                    kept += usize::from(may_meet);
+                }
+            }
+            for pair in left[..kept].iter().map(|&pair| usize::from(pair)) {
+                let (place, index) = (pair / GROUPS, pair % GROUPS);
+                let met = meet(&mut self.groups[index], &taken(place), ids[place]);
+                closer |= self.tested::<ANY>(index, met);
+            }
+        } else {
+            let (leaf, outlines) = unpacked();
+            while places != 0 {
+                let place = places.trailing_zeros() as usize;
+                places &= places - 1;
+                let mut met = cull.groups(&boxes, place).0 & groups & self.live;
+                if met == 0 {
+                    continue;
+                }
+                count(|visits| visits.primitives += 1);
+                self.spend(pace::PRIMITIVE * met.count_ones());
+                if let Some(outlines) = &outlines {
+                    let dir = |index: usize| &self.groups[index & 15].ray.dir;
+                    let inside = |index: usize| outlines.may_meet(place, dir(index));
+                    met = ones(met).fold(0, |met, index| met | u32::from(inside(index)) << index);
+                }
+                let primitive = ready(main, &|field| leaf.field(place, field));
+                let id = ids[place];
+                for index in ones(met) {
+                    let met = meet(&mut self.groups[index], &primitive, id);
+                    closer |= self.tested::<ANY>(index, met);
                 }
             }
         }
@@ -112,5 +160,18 @@ impl<F: Lanes> Tile<F> {
         if drawn_in {
             cull.settle();
         }
+    }
+
+    /// Notes that a group was tested. A bit for it if something was `met`.
+    #[inline(always)]
+    fn tested<const ANY: bool>(&mut self, index: usize, met: bool) -> u32 {
+        count(|visits| {
+            visits.primitive_groups += 1;
+            visits.met_groups += u64::from(met);
+        });
+        if ANY && met && self.groups[index].is_dead() {
+            self.live &= !(1 << index);
+        }
+        u32::from(met) << index
     }
 }
