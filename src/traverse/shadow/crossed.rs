@@ -133,7 +133,7 @@ impl Crossed {
 
 /// Bit `j` of number `i` to bit `i` of number `j`: halves are swapped, then quarters and so on (Warren,
 /// "Hacker's Delight", section 7-3).
-fn transposed(mut rows: [u16; LANES]) -> [u16; LANES] {
+pub(super) fn transposed(mut rows: [u16; LANES]) -> [u16; LANES] {
     let (mut step, mut mask) = (LANES / 2, 0x00ff_u16);
     while step != 0 {
         for row in (0..LANES).filter(|row| row & step == 0) {

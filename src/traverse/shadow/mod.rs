@@ -30,8 +30,10 @@
 
 mod block;
 mod bundle;
+mod cells;
 mod crossed;
 mod descent;
+mod duel;
 mod group;
 mod hard;
 mod kept;
@@ -113,7 +115,7 @@ pub(crate) fn visibility<S: LightSamples + ?Sized>(
             let end = (start + BLOCK_POINTS).min(range.end);
             if !block.pays() {
                 if is_dense {
-                    (start..end).for_each(|point| sampled.trace_alone(query, point));
+                    sampled.trace_all(query, start..end);
                     sampled.give(&mut done);
                 } else {
                     (start..end).for_each(|point| rays.add(bvh, query, point, &mut done));

@@ -10,9 +10,12 @@
 //! the light. So it is tried: where many rays of points' own bundles had to be tested by themselves, since
 //! a leaf was met by few of them, the next groups of points go across.
 
+use std::ops::Range;
 use std::time::Instant;
 
+use super::cells::{CELL_POINTS, Cells};
 use super::crossed::Crossed;
+use super::duel::Duel;
 use super::group::{Aim, LANES};
 use super::placed::Placed;
 use super::shafts::GROUPS;
@@ -27,6 +30,10 @@ use crate::simd::{F32x16, each};
 /// The two ways to trace a group.
 const VOLLEYS: usize = 0;
 const TILES: usize = 1;
+
+/// The first of two ways to trace points that no block was made of: with tiles of their own samples. The other
+/// one is across points.
+const OWN: usize = 0;
 
 /// More rays of a bundle than this that are tested by themselves make its bundle too wide.
 const MOST_ALONE: usize = 8;
@@ -45,6 +52,9 @@ pub(super) struct Sampled<'a> {
     /// Taken when it is first asked for.
     tiled: Option<Box<Tiled>>,
     choice: Choice,
+    /// Made when it is first asked for.
+    cells: Option<Cells>,
+    blockless: Duel,
     placed: Placed,
     crossed: Crossed,
     /// Points that wait until there are sixteen.
@@ -69,6 +79,8 @@ impl<'a> Sampled<'a> {
             bvh,
             tiled: None,
             choice: Choice::resumed(kind(samples)),
+            cells: None,
+            blockless: Duel::resumed(),
             placed: Placed::new(samples),
             crossed: Crossed::new(samples),
             group: Vec::with_capacity(LANES),
@@ -141,9 +153,45 @@ impl<'a> Sampled<'a> {
         });
     }
 
+    /// Takes points that no block was made of: as tiles of their own samples, or across them, as is faster.
+    pub(super) fn trace_all<S: LightSamples + ?Sized>(
+        &mut self,
+        query: &Query<'_, S>,
+        points: Range<usize>,
+    ) {
+        for start in points.clone().step_by(CELL_POINTS) {
+            let part = start..(start + CELL_POINTS).min(points.end);
+            let (whole, way) = (part.len() == CELL_POINTS, self.blockless.next());
+            let clock = Instant::now();
+            if way == OWN {
+                part.for_each(|point| self.trace_alone(query, point));
+                self.trace_tile();
+            } else {
+                self.trace_cells(query, part);
+            }
+            if whole {
+                self.blockless.took(clock.elapsed());
+            }
+        }
+    }
+
+    /// Takes at most [`CELL_POINTS`] points into tiles across them.
+    fn trace_cells<S: LightSamples + ?Sized>(
+        &mut self,
+        query: &Query<'_, S>,
+        points: Range<usize>,
+    ) {
+        let Self { tiled, cells, bvh, masks, samples, .. } = self;
+        let tiled = tiled.get_or_insert_with(|| Tiled::taken(bvh));
+        let cells = cells.get_or_insert_with(|| Cells::new(*samples));
+        cells.trace(bvh, query, points.clone(), tiled, masks);
+        self.points.extend(points);
+    }
+
     /// Ends a query: what was learnt stays.
     pub(super) fn leave(self) {
         self.choice.leave(kind(self.samples));
+        self.blockless.leave();
         self.volley.leave();
         if let Some(tiled) = self.tiled {
             tiled.leave();
