@@ -3,8 +3,8 @@
 //! A tile of sixteen points with sixteen samples each holds the whole view of the light. One of four times
 //! as many points with four samples of one number each is as many rays, and a quarter as wide where it
 //! meets something far from the points. Before many small things, or a large light, that is up to 1.5 times as
-//! fast; where the points lie among small triangles, up to half as fast, since the rays of a bundle no longer
-//! start at one point. So it is one of two ways to choose from by the clock.
+//! fast; where the points lie among small triangles, down to 0.65 times, since the rays of a bundle no longer
+//! start at one point. So it is one of two ways to choose from by the clock ([`super::duel`]).
 
 use std::ops::Range;
 

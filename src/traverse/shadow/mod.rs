@@ -14,7 +14,8 @@
 //!    point fill it. The leaves in which the one before met something come first.
 //! 4. Points whose directions to the light spread too far for shafts, or are not finite, go as tiles; if
 //!    they have so few samples that bundles would not be full, as rays of a batch ([`rays`]). So do all
-//!    points for a while if blocks settle too few, of such as have few samples.
+//!    points for a while if blocks settle too few, of such as have few samples; then tiles hold the samples of
+//!    sixteen points, or a cell of the light from sixty-four ([`cells`]), as is faster ([`duel`]).
 //!
 //! The bundles of a volley hold the samples of one point, or one sample each of sixteen neighbours
 //! ([`crossed`]), as [`sampled`] finds better. Points in no order are sorted before ([`order`]).

@@ -8,7 +8,8 @@
 //! Bundles hold the samples of one point, in volleys also one sample each of sixteen points
 //! ([`super::crossed`]). Which is better depends on how large the primitives are before a point's view of
 //! the light. So it is tried: where many rays of points' own bundles had to be tested by themselves, since
-//! a leaf was met by few of them, the next groups of points go across.
+//! a leaf was met by few of them, the next groups of points go across. Tiles across points ([`super::cells`])
+//! are for points that no block was made of.
 
 use std::ops::Range;
 use std::time::Instant;
