@@ -482,7 +482,19 @@ fn gratings() {
             let normal = Vec3::Y + random.vec();
             case.push(random, position, normal);
         }
-        case.check(&scene, &light)
+        let mut counts = case.check(&scene, &light);
+        // Few at a time, so that parts that are not full go each way, too.
+        for _ in 0..6 {
+            let mut few = Case { per_point: case.per_point, ..Case::default() };
+            for point in 0..100 {
+                let position = Vec3::new(random.unit(), 0.0, 0.01 * point as f32);
+                let normal = Vec3::Y + random.vec();
+                few.push(random, position, normal);
+            }
+            let more = few.check(&scene, &light);
+            counts = [counts[0] + more[0], counts[1] + more[1]];
+        }
+        counts
     });
 }
 
