@@ -10,14 +10,14 @@ use super::{F32x8, LaneMask, Lanes, VectorMask};
 pub struct Keys(u32x8);
 
 impl Keys {
-    /// The keys of the lanes in `mask`, the farthest first, then zeros. Distances below zero count
-    /// as zero; the last three bits of a distance are lost downwards.
+    /// The keys of the lanes in `mask`, the farthest first, then zeros. Distances below zero count as
+    /// farther than all others; the last three bits of a distance are lost.
     ///
     /// A bitonic network: six steps without a branch.
     #[inline(always)]
     pub fn farthest_first(distances: F32x8, mask: VectorMask<F32x8>) -> Self {
         let lanes = u32x8::new([0, 1, 2, 3, 4, 5, 6, 7]);
-        let bits: u32x8 = wide::bytemuck::cast(Lanes::max(distances, F32x8::ZERO));
+        let bits: u32x8 = wide::bytemuck::cast(distances);
         let counts: u32x8 = wide::bytemuck::cast(mask.0);
         let keys = ((bits & u32x8::splat(!7)) | lanes) & counts;
         // Each lane meets a partner; the larger key goes to the lane with the smaller number.
@@ -55,7 +55,7 @@ impl Keys {
         u32x8::new(*values).shuffle(self.0 & u32x8::splat(7)).to_array()
     }
 
-    /// How many of the last keys, one after the other, are farther than `distance`.
+    /// How many of the last keys, one after the other, are farther than `distance`, which is not below zero.
     #[inline(always)]
     pub fn run_behind(keys: &[u32; 8], distance: f32) -> usize {
         let keys = u32x8::new(*keys) & u32x8::splat(!7);

@@ -7,6 +7,7 @@
 use std::cell::RefCell;
 
 use super::group::Group;
+use super::stack::DONE;
 use super::stream::Cursor;
 use crate::bvh::{Bvh, LEAF};
 
@@ -22,7 +23,11 @@ pub(super) fn trace<const ANY: bool>(bvh: &Bvh, group: &mut Group<f32>) {
     group.prepare_boxes(bvh.extent);
     CURSOR.with_borrow_mut(|cursor| {
         cursor.start_whole::<ANY, _>(group);
-        while let Some(meta) = cursor.next() {
+        loop {
+            let meta = cursor.next();
+            if meta == DONE {
+                break;
+            }
             if meta & LEAF == 0 {
                 cursor.enter::<ANY>(bvh);
             } else {

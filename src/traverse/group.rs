@@ -5,7 +5,7 @@
 
 use super::corners::Corners;
 use super::planes::{Octant, Planes};
-use super::single::Single;
+use super::single::{Side, Single};
 use super::{Closest, SHEAR_ORDER};
 use crate::hit::NO_HIT;
 use crate::kernels::{
@@ -287,8 +287,11 @@ impl<F: Lanes> Group<F> {
             to.inverse[axis] = self.slab.inverse[axis].lane(lane);
             to.near[axis] = self.slab.near[axis].lane(lane);
             to.far[axis] = self.slab.far[axis].lane(lane);
-            to.near_step[axis] = 3 * u32::from(to.inverse[axis] < 0.0);
-            to.far_step[axis] = 3 - to.near_step[axis];
+            (to.near_side[axis], to.far_side[axis]) = if to.inverse[axis] < 0.0 {
+                (Side::Upper, Side::Lower)
+            } else {
+                (Side::Lower, Side::Upper)
+            };
         }
         to.t_min = self.ray.t_min.lane(lane);
         to.shear = [self.shear[0].lane(lane), self.shear[1].lane(lane)];

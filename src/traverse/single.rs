@@ -7,13 +7,24 @@
 use std::hint::select_unpredictable;
 
 use super::Closest;
-use crate::bvh::{Bvh, Leaf, Node, PrimKind};
+use crate::bvh::{Bvh, Leaf, Node, PrimKind, WIDTH};
 use crate::hit::NO_HIT;
 use crate::kernels::{
     Met, Projected, ScaledRay, Sheared, SlabRay, intersect_quad, intersect_sphere,
     intersect_triangle, intersect_triangles_straight,
 };
 use crate::simd::{F32x8, LaneMask, Lanes, each};
+
+/// A side of a box: how far its bounds are from the lower ones in a [`Node`], in floats.
+///
+/// The compiler knows that there is no other value, and so that all bounds are within the node.
+#[derive(Clone, Copy, Debug, Default)]
+#[repr(u32)]
+pub(super) enum Side {
+    #[default]
+    Lower = 0,
+    Upper = 3 * WIDTH as u32,
+}
 
 /// One scaled ray, all that its tests need.
 #[derive(Clone, Copy, Debug, Default)]
@@ -25,10 +36,9 @@ pub(super) struct Single {
     pub(super) inverse: [f32; 3],
     pub(super) near: [f32; 3],
     pub(super) far: [f32; 3],
-    /// From the lower bound on each axis to the one that is met first: 0, or 3 if the ray runs towards
-    /// smaller coordinates; and to the other one.
-    pub(super) near_step: [u32; 3],
-    pub(super) far_step: [u32; 3],
+    /// The bound that is met first on each axis, and the other one.
+    pub(super) near_side: [Side; 3],
+    pub(super) far_side: [Side; 3],
     /// For triangles and quads: see [`Sheared`], for the origin's order too.
     pub(super) sheared_origin: [f32; 3],
     pub(super) shear: [f32; 2],
@@ -46,12 +56,11 @@ impl Single {
             near: each(|axis| F32x8::splat(self.near[axis])),
             far: each(|axis| F32x8::splat(self.far[axis])),
         };
-        // The mask spares a check, and with it a branch between the loads and their use.
-        let planes = |steps: &[u32; 3], axis: usize| {
-            F32x8::load(&node.bounds[axis + (steps[axis] & 3) as usize])
-        };
-        let near_planes = each(|axis| planes(&self.near_step, axis));
-        let far_planes = each(|axis| planes(&self.far_step, axis));
+        let bounds = node.bounds.as_flattened();
+        let planes =
+            |side: Side, axis: usize| F32x8::load(&bounds[WIDTH * axis + side as usize..][..WIDTH]);
+        let near_planes = each(|axis| planes(self.near_side[axis], axis));
+        let far_planes = each(|axis| planes(self.far_side[axis], axis));
         let (t_min, t_max) = (F32x8::splat(self.t_min), F32x8::splat(t_max));
         slab.interval(near_planes, far_planes, t_min, t_max)
     }

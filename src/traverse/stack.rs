@@ -10,8 +10,12 @@ use super::rest::ROOM;
 use crate::bvh::{MAX_DEPTH, WIDTH};
 use crate::simd::{F32x8, Keys, LaneMask, Lanes, VectorMask};
 
-/// Where the stack starts: below lie zeros, so that a whole register below any entry can be read.
+/// Where the stack starts: below lie zeros, so that a whole register below any entry can be read, and
+/// [`DONE`].
 const BOTTOM: usize = WIDTH;
+
+/// Lies below the first entry in place of a description: nothing waits.
+pub(super) const DONE: u32 = 1 << 30;
 
 /// Room for what the stack starts with; then each node on the way leaves at most seven, the last one
 /// eight.
@@ -29,7 +33,9 @@ pub(super) struct Stack {
 impl Stack {
     /// An empty one.
     pub(super) fn new() -> Self {
-        Self { end: BOTTOM, keys: [0; END], index: [0; END], meta: [0; END] }
+        let mut meta = [0; END];
+        meta[BOTTOM - 1] = DONE;
+        Self { end: BOTTOM, keys: [0; END], index: [0; END], meta }
     }
 
     /// Forgets all that waits.
@@ -71,12 +77,12 @@ impl Stack {
         self.end = end + bits.count_ones() as usize;
     }
 
-    /// Takes the reference and the description of what comes next, and says whether there was any.
+    /// Takes the reference and the description of what comes next; the latter is [`DONE`] if nothing does,
+    /// and then there must be a start before anything else.
     #[inline(always)]
-    pub(super) fn pop(&mut self) -> (u32, u32, bool) {
-        let any = self.end != BOTTOM;
+    pub(super) fn pop(&mut self) -> (u32, u32) {
         self.end -= 1;
-        (self.index[self.end], self.meta[self.end], any)
+        (self.index[self.end], self.meta[self.end])
     }
 
     /// Drops what is on top and starts behind `distance`; eight at most.
