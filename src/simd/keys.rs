@@ -2,7 +2,7 @@
 
 use wide::u32x8;
 
-use super::{F32x8, LaneMask, Lanes, VectorMask};
+use super::{F32x8, LaneMask, Lanes, VectorMask, each};
 
 /// Eight lanes in the order of their distances: a key is a distance with the number of its lane in the
 /// last three bits, and keys order as the distances do.
@@ -13,27 +13,34 @@ impl Keys {
     /// The keys of the lanes in `mask`, the farthest first, then zeros. Distances below zero count as
     /// farther than all others; the last three bits of a distance are lost.
     ///
-    /// A bitonic network: six steps without a branch.
+    /// A bitonic network: six steps without a branch. Each step waits for the one before, so several rays
+    /// take them in turns.
     #[inline(always)]
-    pub fn farthest_first(distances: F32x8, mask: VectorMask<F32x8>) -> Self {
+    pub fn farthest_first<const COUNT: usize>(
+        boxes: [(F32x8, VectorMask<F32x8>); COUNT],
+    ) -> [Self; COUNT] {
         let lanes = u32x8::new([0, 1, 2, 3, 4, 5, 6, 7]);
-        let bits: u32x8 = wide::bytemuck::cast(distances);
-        let counts: u32x8 = wide::bytemuck::cast(mask.0);
-        let keys = ((bits & u32x8::splat(!7)) | lanes) & counts;
+        let keys: [u32x8; COUNT] = each(|ray| {
+            let (distances, mask) = boxes[ray];
+            let bits: u32x8 = wide::bytemuck::cast(distances);
+            let counts: u32x8 = wide::bytemuck::cast(mask.0);
+            ((bits & u32x8::splat(!7)) | lanes) & counts
+        });
         // Each lane meets a partner; the larger key goes to the lane with the smaller number.
-        let step = |keys: u32x8, partners: [u32; 8]| {
+        let step = |keys: [u32x8; COUNT], partners: [u32; 8]| -> [u32x8; COUNT] {
             let first: u32x8 = u32x8::new(std::array::from_fn(|lane| {
                 if (partners[lane] as usize) > lane { u32::MAX } else { 0 }
             }));
-            let others = keys.shuffle(u32x8::new(partners));
-            first.select(keys.max(others), keys.min(others))
+            let others: [u32x8; COUNT] = each(|ray| keys[ray].shuffle(u32x8::new(partners)));
+            each(|ray| first.select(keys[ray].max(others[ray]), keys[ray].min(others[ray])))
         };
         let keys = step(keys, [1, 0, 3, 2, 5, 4, 7, 6]);
         let keys = step(keys, [3, 2, 1, 0, 7, 6, 5, 4]);
         let keys = step(keys, [1, 0, 3, 2, 5, 4, 7, 6]);
         let keys = step(keys, [7, 6, 5, 4, 3, 2, 1, 0]);
         let keys = step(keys, [2, 3, 0, 1, 6, 7, 4, 5]);
-        Self(step(keys, [1, 0, 3, 2, 5, 4, 7, 6]))
+        let keys = step(keys, [1, 0, 3, 2, 5, 4, 7, 6]);
+        each(|ray| Self(keys[ray]))
     }
 
     /// The lanes of `bits`, the last first, all at distance zero, then zeros.

@@ -8,7 +8,7 @@
 
 use super::rest::ROOM;
 use crate::bvh::{MAX_DEPTH, WIDTH};
-use crate::simd::{F32x8, Keys, LaneMask, Lanes, VectorMask};
+use crate::simd::{F32x8, Keys, LaneMask, Lanes, VectorMask, each};
 
 /// Where the stack starts: below lie zeros, so that a whole register below any entry can be read, and
 /// [`DONE`].
@@ -20,6 +20,18 @@ pub(super) const DONE: u32 = 1 << 30;
 /// Room for what the stack starts with; then each node on the way leaves at most seven, the last one
 /// eight.
 const END: usize = BOTTOM + ROOM + (WIDTH - 1) * MAX_DEPTH + WIDTH;
+
+/// The orders in which children wait, given where rays enter those of a node each, and which they meet.
+#[inline(always)]
+pub(super) fn orders<const ANY: bool, const COUNT: usize>(
+    boxes: [(F32x8, VectorMask<F32x8>); COUNT],
+) -> [Keys; COUNT] {
+    if ANY {
+        each(|ray| Keys::last_first(boxes[ray].1.bits()))
+    } else {
+        Keys::farthest_first(boxes)
+    }
+}
 
 /// The children that wait for a ray.
 #[derive(Clone)]
@@ -66,15 +78,25 @@ impl Stack {
         (near, met): (F32x8, VectorMask<F32x8>),
         (index, meta): (&[u32; WIDTH], &[u32; WIDTH]),
     ) {
-        let bits = met.bits();
-        let keys = if ANY { Keys::last_first(bits) } else { Keys::farthest_first(near, met) };
+        let [keys] = orders::<ANY, 1>([(near, met)]);
+        self.put::<ANY>(keys, met, (index, meta));
+    }
+
+    /// Adds those of eight children that are in `met`, in an order of [`orders`].
+    #[inline(always)]
+    pub(super) fn put<const ANY: bool>(
+        &mut self,
+        keys: Keys,
+        met: VectorMask<F32x8>,
+        (index, meta): (&[u32; WIDTH], &[u32; WIDTH]),
+    ) {
         let end = self.end;
         if !ANY {
             self.keys[end..][..WIDTH].copy_from_slice(&keys.to_array());
         }
         self.index[end..][..WIDTH].copy_from_slice(&keys.sort(index));
         self.meta[end..][..WIDTH].copy_from_slice(&keys.sort(meta));
-        self.end = end + bits.count_ones() as usize;
+        self.end = end + met.bits().count_ones() as usize;
     }
 
     /// Takes the reference and the description of what comes next; the latter is [`DONE`] if nothing does,

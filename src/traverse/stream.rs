@@ -12,16 +12,19 @@
 use super::group::Group;
 use super::rest::Rest;
 use super::single::Single;
-use super::stack::{DONE, Stack};
+use super::stack::{DONE, Stack, orders};
 use super::visits::count;
 use super::{Closest, ones};
-use crate::bvh::{Bvh, Child, LEAF};
+use crate::bvh::{Bvh, Child, LEAF, Node};
 use crate::hit::NO_HIT;
 use crate::prefetch::Shelves;
-use crate::simd::Lanes;
+use crate::simd::{F32x8, Lanes, VectorMask, each};
 
 /// How many rays take turns.
 const SIDE_BY_SIDE: usize = 32;
+
+/// How many rays enter their nodes in one go.
+const ABREAST: usize = 2;
 
 /// A ray on its way.
 #[derive(Clone)]
@@ -86,10 +89,16 @@ impl Cursor {
     /// Puts the children of the next node that the ray meets on the stack.
     #[inline(always)]
     pub(super) fn enter<const ANY: bool>(&mut self, bvh: &Bvh) {
-        count(|visits| visits.nodes += 1);
         let node = &bvh.nodes[self.index as usize];
+        self.stack.push::<ANY>(self.boxes(node), (&node.index, &node.meta));
+    }
+
+    /// Where the ray enters the children of a node, and which it meets.
+    #[inline(always)]
+    fn boxes(&self, node: &Node) -> (F32x8, VectorMask<F32x8>) {
+        count(|visits| visits.nodes += 1);
         let (near, far) = self.ray.interval(node, self.best.t);
-        self.stack.push::<ANY>((near, near.le(far)), (&node.index, &node.meta));
+        (near, near.le(far))
     }
 
     /// Tests the next leaf.
@@ -155,6 +164,24 @@ impl Turn {
     }
 }
 
+/// As [`Cursor::enter`], for several rays.
+#[inline(always)]
+fn enter<const ANY: bool>(
+    cursors: &mut [Cursor; SIDE_BY_SIDE],
+    places: [usize; ABREAST],
+    bvh: &Bvh,
+) {
+    let places: [usize; ABREAST] = each(|ray| places[ray] % SIDE_BY_SIDE);
+    let nodes: [&Node; ABREAST] = each(|ray| &bvh.nodes[cursors[places[ray]].index as usize]);
+    let boxes: [_; ABREAST] = each(|ray| cursors[places[ray]].boxes(nodes[ray]));
+    let keys = orders::<ANY, ABREAST>(boxes);
+    for ray in 0..ABREAST {
+        let node = nodes[ray];
+        let stack = &mut cursors[places[ray]].stack;
+        stack.put::<ANY>(keys[ray], boxes[ray].1, (&node.index, &node.meta));
+    }
+}
+
 /// Rays that take turns.
 pub(super) struct Stream {
     cursors: Vec<Cursor>,
@@ -214,7 +241,16 @@ impl Stream {
                     next.add::<ANY>(place, cursor, &shelves);
                 }
             }
-            for place in ones(now.nodes()) {
+            let mut left = now.nodes();
+            while left.count_ones() as usize >= ABREAST {
+                let mut places = [0; ABREAST];
+                for place in &mut places {
+                    *place = left.trailing_zeros() as usize;
+                    left &= left - 1;
+                }
+                enter::<ANY>(cursors, places, bvh);
+            }
+            for place in ones(left) {
                 cursors[place % SIDE_BY_SIDE].enter::<ANY>(bvh);
             }
             for place in ones(now.nodes()) {
