@@ -20,10 +20,12 @@ use crate::hit::NO_HIT;
 use crate::prefetch::Shelves;
 use crate::simd::{F32x8, Lanes, VectorMask, each};
 
-/// How many rays take turns.
+/// How many rays take turns: a bit each of a word. Against 16, shuffled and ordered diffuse rays and ao on
+/// bunny, atrium and terrain are 1.01 to 1.06 times as fast.
 const SIDE_BY_SIDE: usize = 32;
 
-/// How many rays enter their nodes in one go.
+/// How many rays enter their nodes in one go. A processor looks only so many operations ahead, most of
+/// which wait for one step of a sort; those of several rays in turns wait less.
 const ABREAST: usize = 2;
 
 /// A ray on its way.
