@@ -58,7 +58,7 @@
 //! A module uses only those above it in this list; `ARCHITECTURE.md` says more, and a test holds
 //! the imports to it.
 //!
-//! [`error`], [`instruction_sets`], [`simd`], [`pages`], [`column`], [`prefetch`], [`ray`], [`rows`], [`batch_rays`], [`hit`], [`points`], [`geometry`], [`kernels`], [`bvh`],
+//! [`error`], [`instruction_sets`], [`simd`], [`pages`], [`mod@column`], [`prefetch`], [`ray`], [`rows`], [`batch_rays`], [`hit`], [`points`], [`geometry`], [`kernels`], [`bvh`],
 //! [`traverse`], [`scene`], [`shading`], [`render`], [`workload`].
 //!
 //! # Builds
