@@ -2,7 +2,7 @@
 //!
 //! A miss has `t = +infinity`, `u = v = 0` and [`NO_HIT`] for both ids, in every path.
 
-use crate::column::Column;
+use crate::columns::Column;
 use crate::error::ShapeError;
 use crate::ray::PACKET_LANES;
 
@@ -157,7 +157,7 @@ pub struct Hits<'a> {
 }
 
 impl<'a> Hits<'a> {
-    /// Hits over five arrays of one length.
+    /// Hits over five arrays of one length, best if they start at a multiple of 64 bytes.
     ///
     /// # Errors
     /// [`ShapeError`] names the first array whose length differs from that of `t`.

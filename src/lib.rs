@@ -58,7 +58,7 @@
 //! A module uses only those above it in this list; `ARCHITECTURE.md` says more, and a test holds
 //! the imports to it.
 //!
-//! [`error`], [`instruction_sets`], [`simd`], [`pages`], [`mod@column`], [`prefetch`], [`ray`], [`rows`], [`batch_rays`], [`hit`], [`points`], [`geometry`], [`kernels`], [`bvh`],
+//! [`error`], [`instruction_sets`], [`simd`], [`pages`], [`columns`], [`prefetch`], [`ray`], [`rows`], [`batch_rays`], [`hit`], [`points`], [`geometry`], [`kernels`], [`bvh`],
 //! [`traverse`], [`scene`], [`shading`], [`render`], [`workload`].
 //!
 //! # Builds
@@ -74,7 +74,7 @@
 
 pub mod batch_rays;
 pub mod bvh;
-pub mod column;
+pub mod columns;
 pub mod error;
 pub mod geometry;
 pub mod hit;
@@ -94,7 +94,7 @@ pub mod workload;
 
 pub use batch_rays::BatchRays;
 pub use bvh::BuildQuality;
-pub use column::Column;
+pub use columns::Column;
 pub use error::{BuildError, ShapeError};
 pub use geometry::{Aabb, Mesh, Quads, Spheres};
 pub use glam;

@@ -72,7 +72,6 @@ mod tests {
         let row = |first: u32| -> [u32; LANES] { each(|lane| first + lane as u32) };
         let (mut gaps, mut with_rest) = (row(3), row(5));
         // Still rising, with the last path where a row has it; and lanes left over from other paths.
-        gaps[7..15].iter_mut().for_each(|path| *path += 0);
         gaps[15] += 9;
         with_rest[1..].fill(7);
         with_rest[15] = with_rest[0] + 15;
