@@ -1,10 +1,9 @@
 //! Rays of any number: cut into tiles, each traced as one if its rays run alike, else one by one.
 
-use super::aim::Aim;
 use super::group::Group;
-use super::pace::Pace;
-use super::stream::Stream;
+use super::kept::{self, Kept};
 use super::tile::Tile;
+use super::tracer::Tracer;
 use super::{Closest, alone, ones, packet};
 use crate::batch_rays::BatchRays;
 use crate::bvh::Bvh;
@@ -87,33 +86,43 @@ fn trace<const ANY: bool>(
     writes: Ahead<5>,
     mut done: impl FnMut(usize, &Group<Native>, usize),
 ) {
-    let mut tile = Tile::<Native>::new(bvh);
-    tile.writes = writes;
+    let mut tracer = taken(bvh);
+    tracer.tile.writes = writes;
     if let BatchRays::Arrays(rays) = rays {
-        tile.reads = Ahead::new(rays.arrays());
+        tracer.tile.reads = Ahead::new(rays.arrays());
     }
-    let mut stream = Stream::new();
-    let (mut aim, mut pace) = (Aim::new(), Pace::new());
     for start in (0..rays.len()).step_by(TILE_RAYS) {
         let end = (start + TILE_RAYS).min(rays.len());
+        let tile = &mut tracer.tile;
         match rays {
             BatchRays::Arrays(rays) => {
                 tile.load(rays.range(start, end));
                 tile.reads.turn_to(end..end + TILE_RAYS);
             }
             BatchRays::Rows(rays) => {
-                load_rows(&mut tile, &rays, start, end);
+                load_rows(tile, &rays, start, end);
                 tile.reads = Ahead::new(rays.pieces(end, end + TILE_RAYS));
                 tile.reads.turn_to(0..3 * TILE_RAYS);
             }
         }
         tile.writes.turn_to(start..end);
-        tile.trace::<ANY>(bvh, &mut aim, &mut pace);
-        stream.trace::<ANY, _>(bvh, &mut tile.groups, &tile.rest);
-        for (group, start) in tile.groups.iter().zip((start..end).step_by(Native::LANES)) {
+        tracer.trace::<ANY>(bvh);
+        for (group, start) in tracer.tile.groups.iter().zip((start..end).step_by(Native::LANES)) {
             done(start, group, (end - start).min(Native::LANES));
         }
     }
+    kept::keep(&KEPT, tracer);
+}
+
+thread_local! {
+    static KEPT: Kept<Tracer<Native>> = const { Kept::new(None) };
+}
+
+/// The thread's, of which nothing is known.
+fn taken(bvh: &Bvh) -> Box<Tracer<Native>> {
+    let mut tracer = kept::take(&KEPT, || Tracer::new(bvh));
+    tracer.turn_to(bvh);
+    tracer
 }
 
 /// Takes the rays from `start` up to `end`, at most a tile of them.
@@ -129,15 +138,15 @@ fn load_rows(tile: &mut Tile<Native>, rays: &RayRows<'_>, start: usize, end: usi
 
 /// The share of the rays that tiles would leave to go on their own.
 pub(super) fn share_alone(bvh: &Bvh, rays: Rays<'_>) -> f32 {
-    let mut tile = Tile::<Native>::new(bvh);
-    let (mut aim, mut pace) = (Aim::new(), Pace::new());
+    let mut tracer = taken(bvh);
     let mut alone = 0;
     for start in (0..rays.len()).step_by(TILE_RAYS) {
-        tile.load(rays.range(start, (start + TILE_RAYS).min(rays.len())));
-        tile.trace::<false>(bvh, &mut aim, &mut pace);
-        alone +=
-            ones(tile.rest.groups()).map(|group| tile.rest.lanes(group).count_ones()).sum::<u32>();
+        tracer.tile.load(rays.range(start, (start + TILE_RAYS).min(rays.len())));
+        tracer.descend::<false>(bvh);
+        let rest = &tracer.tile.rest;
+        alone += ones(rest.groups()).map(|group| rest.lanes(group).count_ones()).sum::<u32>();
     }
+    kept::keep(&KEPT, tracer);
     alone as f32 / rays.len() as f32
 }
 

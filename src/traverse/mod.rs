@@ -9,6 +9,7 @@
 //! - `stream`: rays one by one, several in turns, each step by `single`, what waits in a `stack`
 //! - `alone`: one ray that comes alone
 //! - `pace`: which of both is worth it
+//! - `tracer`: a tile and a stream together, `kept` by the thread from query to query
 //! - `packet`: eight rays that come alone
 //! - `shadow`: points against an area light
 //! - [`visits`]: counts for whoever tunes them
@@ -24,6 +25,7 @@ mod cone;
 mod corners;
 mod cull;
 mod group;
+mod kept;
 mod leaf;
 mod open;
 mod pace;
@@ -41,6 +43,7 @@ mod starts;
 mod stream;
 mod strewn;
 mod tile;
+mod tracer;
 pub mod visits;
 
 use crate::bvh::{Bvh, MAX_DEPTH, WIDTH};

@@ -9,8 +9,6 @@
 //! A child that starts behind the best hit is dropped; one that starts at it is not, since a hit at the
 //! same `t` may have a smaller id.
 
-use std::cell::Cell;
-
 use super::group::Group;
 use super::rest::Rest;
 use super::single::Single;
@@ -186,12 +184,6 @@ fn enter<const ANY: bool>(
     }
 }
 
-thread_local! {
-    /// Those of the thread's last stream: they are larger than what an allocator keeps at hand, and short
-    /// batches would mostly wait for new pages.
-    static CURSORS: Cell<Vec<Cursor>> = const { Cell::new(Vec::new()) };
-}
-
 /// Rays that take turns.
 pub(super) struct Stream {
     cursors: Vec<Cursor>,
@@ -202,9 +194,7 @@ pub(super) struct Stream {
 impl Stream {
     /// For many rays.
     pub(super) fn new() -> Self {
-        let mut cursors = CURSORS.take();
-        cursors.resize_with(SIDE_BY_SIDE, Cursor::new);
-        Self { cursors, queue: Vec::new() }
+        Self { cursors: vec![Cursor::new(); SIDE_BY_SIDE], queue: Vec::new() }
     }
 
     /// Traces what is left to rays of the groups: their closest hits, or any hits if `ANY`.
@@ -275,12 +265,5 @@ impl Stream {
                 next.add::<ANY>(place, &mut cursors[place % SIDE_BY_SIDE], &shelves);
             }
         }
-    }
-}
-
-impl Drop for Stream {
-    fn drop(&mut self) {
-        // A thread that ends may have dropped its own before.
-        let _ = CURSORS.try_with(|kept| kept.set(std::mem::take(&mut self.cursors)));
     }
 }

@@ -105,7 +105,8 @@ impl<F: Lanes> Tile<F> {
     pub(super) fn turn_to(&mut self, bvh: &Bvh) {
         self.stack.resize(stack_size(bvh), Waiting::default());
         self.shelves = bvh.shelves();
-        self.first = First::default();
+        self.first.nodes.clear();
+        (self.reads, self.writes) = (Ahead::new([&[]; 8]), Ahead::new([&[]; 5]));
     }
 
     /// Takes up to [`Tile::RAYS`] rays.

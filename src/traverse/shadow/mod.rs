@@ -20,7 +20,7 @@
 //! The bundles of a volley hold the samples of one point, or one sample each of sixteen neighbours
 //! ([`crossed`]), as [`sampled`] finds better. Points in no order are sorted before ([`order`]).
 //!
-//! What all of this needs is kept by the thread from query to query ([`kept`]).
+//! What all of this needs is kept by the thread from query to query ([`super::kept`]).
 //!
 //! Points that look at a point light are rays of a batch at once ([`hard`]).
 //!
@@ -37,7 +37,6 @@ mod descent;
 mod duel;
 mod group;
 mod hard;
-mod kept;
 mod leaf;
 mod order;
 mod placed;

@@ -2,17 +2,15 @@
 //!
 //! The leaves in which the tile before met something are entered first, as long as that pays.
 
-use super::kept::{self, Kept};
 use super::tempo::Pause;
 use crate::bvh::{Bvh, Child, Node, WIDTH};
 use crate::geometry::Aabb;
 use crate::kernels::ScaledRay;
 use crate::points::SHADOW_T_MAX;
 use crate::simd::{F32x16, Lanes};
-use crate::traverse::aim::Aim;
-use crate::traverse::pace::Pace;
-use crate::traverse::stream::Stream;
-use crate::traverse::tile::{GROUPS, Tile};
+use crate::traverse::kept::{self, Kept};
+use crate::traverse::tile::GROUPS;
+use crate::traverse::tracer::Tracer;
 
 /// How many leaves are entered first.
 const MOST_LEAVES: usize = 2 * WIDTH;
@@ -29,10 +27,7 @@ thread_local! {
 
 /// Up to sixteen bundles, each with a place that it is known by.
 pub(super) struct Tiled {
-    tile: Tile<F32x16>,
-    stream: Stream,
-    aim: Aim,
-    pace: Pace,
+    tracer: Tracer<F32x16>,
     /// The lanes of each bundle that have a ray, and its place; the first [`Tiled::len`] count.
     active: [u32; GROUPS],
     places: [usize; GROUPS],
@@ -49,7 +44,7 @@ impl Tiled {
     pub(super) fn taken(bvh: &Bvh) -> Box<Self> {
         let mut tiled = kept::take(&KEPT, || Self::new(bvh));
         tiled.len = 0;
-        tiled.tile.turn_to(bvh);
+        tiled.tracer.turn_to(bvh);
         tiled.recent.clear();
         tiled
     }
@@ -61,10 +56,7 @@ impl Tiled {
 
     fn new(bvh: &Bvh) -> Self {
         Self {
-            tile: Tile::new(bvh),
-            stream: Stream::new(),
-            aim: Aim::new(),
-            pace: Pace::new(),
+            tracer: Tracer::new(bvh),
             active: [0; GROUPS],
             places: [0; GROUPS],
             len: 0,
@@ -90,7 +82,7 @@ impl Tiled {
     ) {
         let (zero, t_max) = (F32x16::splat(0.0), F32x16::splat(SHADOW_T_MAX));
         let ray = ScaledRay::new(origin, dir, zero, t_max, F32x16::mask(active));
-        self.tile.load_group(self.len, &ray);
+        self.tracer.tile.load_group(self.len, &ray);
         (self.active[self.len], self.places[self.len]) = (active, place);
         self.len += 1;
     }
@@ -101,9 +93,8 @@ impl Tiled {
         if self.len == 0 {
             return;
         }
-        self.tile.trace::<true>(bvh, &mut self.aim, &mut self.pace);
-        self.stream.trace::<true, _>(bvh, &mut self.tile.groups, &self.tile.rest);
-        for (index, group) in self.tile.groups[..self.len].iter().enumerate() {
+        self.tracer.trace::<true>(bvh);
+        for (index, group) in self.tracer.tile.groups[..self.len].iter().enumerate() {
             give(self.places[index], self.active[index] & !group.met());
         }
         self.remember(bvh);
@@ -112,7 +103,7 @@ impl Tiled {
 
     /// Puts the leaves first in which something was met.
     fn remember(&mut self, bvh: &Bvh) {
-        let first = &self.tile.first;
+        let first = &self.tracer.tile.first;
         if !first.nodes.is_empty() {
             self.pause.ended(WORTH * first.settled as f32, first.cost as f32, LONGEST_PAUSE);
         }
@@ -124,20 +115,20 @@ impl Tiled {
             return;
         }
         std::mem::swap(&mut self.met, &mut self.recent);
-        self.tile.first.nodes.clear();
+        self.tracer.tile.first.nodes.clear();
         for leaves in self.recent.chunks(WIDTH) {
             let mut node = Node::empty();
             for (slot, (leaf, bounds)) in leaves.iter().enumerate() {
                 node.set(slot, bounds, *leaf);
             }
-            self.tile.first.nodes.push(node);
+            self.tracer.tile.first.nodes.push(node);
         }
     }
 
     /// Collects the leaves in which a first or a last ray of a bundle met something.
     fn collect(&mut self, bvh: &Bvh) {
         let leaves = &bvh.leaves;
-        for group in &self.tile.groups[..self.len] {
+        for group in &self.tracer.tile.groups[..self.len] {
             let lanes = group.met();
             let ends = if lanes == 0 { [0; 2] } else { [lanes.trailing_zeros(), lanes.ilog2()] };
             for lane in ends.into_iter().filter(|_| lanes != 0) {

@@ -5,13 +5,13 @@
 
 use super::descent::{Party, Waiting, descend};
 use super::group::{Aim, PointGroup, around};
-use super::kept::{self, Kept};
 use super::shafts::{GROUPS, Shafts, Turned, one_box};
 use super::tempo::Pause;
 use crate::bvh::{Bvh, Node};
 use crate::kernels::{Pyramids, Verdict};
 use crate::points::SHADOW_T_MAX;
 use crate::simd::{F32x16, LaneMask};
+use crate::traverse::kept::{self, Kept};
 use crate::traverse::stack_size;
 
 thread_local! {

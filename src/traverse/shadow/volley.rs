@@ -6,11 +6,11 @@
 use super::bundle::Bundle;
 use super::descent::{Party, Place, Waiting, descend, enter_leaf};
 use super::group::Aim;
-use super::kept::{self, Kept};
 use super::leaf::Leaf;
 use super::shafts::{Beams, GROUPS, Shafts, Turned};
 use crate::bvh::{Bvh, LEAF, Node};
 use crate::simd::{F32x8, F32x16, Lanes, each};
+use crate::traverse::kept::{self, Kept};
 use crate::traverse::{ones, stack_size};
 
 /// How many leaves are entered first.
