@@ -64,7 +64,10 @@ impl BatchRays<'_> {
                 let fields = rays.arrays();
                 let fields = if origins { &fields[..3] } else { &fields[3..6] };
                 for (to, from) in block.iter_mut().zip(fields) {
-                    to[..count].copy_from_slice(&from[start..start + count]);
+                    match from[start..].first_chunk() {
+                        Some(from) if count == BLOCK => *to = *from,
+                        _ => to[..count].copy_from_slice(&from[start..start + count]),
+                    }
                 }
             }
             Self::Rows(rays) => {

@@ -7,14 +7,14 @@ use rayon::prelude::*;
 
 use crate::batch_rays::BatchRays;
 use crate::error::ShapeError;
-use crate::hit::{HitBatch, Hits};
+use crate::hit::Hits;
 use crate::pages::Pages;
 use crate::scene::Scene;
 use crate::traverse::batch;
 use crate::traverse::sorted::Sorted;
 
 /// The most rays that a thread takes at a time: many tiles, so that starting a batch costs little.
-const CHUNK: usize = 64 * batch::TILE_RAYS;
+const CHUNK: usize = 16 * batch::TILE_RAYS;
 
 /// The fewest: what is left when a batch ends is then short.
 const SMALLEST_CHUNK: usize = 2 * batch::TILE_RAYS;
@@ -150,12 +150,9 @@ impl Scene {
             if !course.goes_on() {
                 return;
             }
-            let mut hits = HitBatch::new(rays.len());
-            batch::intersect(&self.bvh, rays, &mut hits.as_hits(), |ids| [*ids; 2]);
-            for (index, &place) in places.iter().enumerate() {
-                let [t, u, v] = [hits.t[index], hits.u[index], hits.v[index]].map(f32::to_bits);
-                found[place as usize] = [t, u, v, hits.prim_id[index]];
-            }
+            batch::intersect_each(&self.bvh, rays, |index, hit| {
+                found[places[index] as usize] = hit
+            });
         })
     }
 

@@ -13,6 +13,9 @@ use crate::traverse::{Closest, batch, reference};
 /// How many neighbours are named together.
 const RUN: usize = 16;
 
+/// The most geometries beyond the first one among which neighbours are named together.
+const MOST_NAMED: usize = 6;
+
 impl Scene {
     /// The closest hit of one ray.
     pub fn intersect(&self, ray: &Ray) -> Option<Hit> {
@@ -53,7 +56,12 @@ impl Scene {
 
     /// Turns the ids over all geometries that a batch found into `prim_id` and `geom_id`.
     pub(super) fn name_geometries(&self, prim_ids: &mut [u32], geom_ids: &mut [u32]) {
-        for (prim_ids, geom_ids) in prim_ids.chunks_mut(RUN).zip(geom_ids.chunks_mut(RUN)) {
+        let (prim_runs, prim_ids) = prim_ids.as_chunks_mut::<RUN>();
+        let (geom_runs, geom_ids) = geom_ids.as_chunks_mut();
+        for (prim_ids, geom_ids) in prim_runs.iter_mut().zip(geom_runs) {
+            [*prim_ids, *geom_ids] = self.name(prim_ids);
+        }
+        if !prim_ids.is_empty() {
             let mut ids = [NO_HIT; RUN];
             ids[..prim_ids.len()].copy_from_slice(prim_ids);
             let [prims, geometries] = self.name(&ids);
@@ -63,7 +71,7 @@ impl Scene {
     }
 
     /// The `prim_id` and `geom_id` of neighbours, by their ids over all geometries. Mostly they hit one
-    /// geometry or nothing, which takes no branch for each.
+    /// geometry, a few or nothing, which takes no branch for each.
     #[inline(always)]
     pub(super) fn name<const COUNT: usize>(&self, ids: &[u32; COUNT]) -> [[u32; COUNT]; 2] {
         let least = ids.iter().fold(NO_HIT, |least, &id| least.min(id));
@@ -80,7 +88,37 @@ impl Scene {
             prim_ids[lane] = if within { id - first } else { NO_HIT };
             geom_ids[lane] = if within { geometry as u32 } else { NO_HIT };
         }
-        if others == 0 { [prim_ids, geom_ids] } else { self.name_each(ids) }
+        if others == 0 { [prim_ids, geom_ids] } else { self.name_several(ids, geometry) }
+    }
+
+    /// As [`Scene::name`], of hits from geometry `low` on.
+    #[inline(never)]
+    fn name_several<const COUNT: usize>(
+        &self,
+        ids: &[u32; COUNT],
+        low: usize,
+    ) -> [[u32; COUNT]; 2] {
+        // Nothing comes after all: one more is zero.
+        let most = ids.iter().fold(0, |most, &id| most.max(id.wrapping_add(1))) - 1;
+        let high = self.geometry_of(most);
+        if high - low > MOST_NAMED {
+            return self.name_each(ids);
+        }
+        let (mut firsts, mut geom_ids) = ([self.first_ids[low]; COUNT], [low as u32; COUNT]);
+        for &first in &self.first_ids[low + 1..=high] {
+            for lane in 0..COUNT {
+                let beyond = ids[lane] >= first;
+                firsts[lane] = if beyond { first } else { firsts[lane] };
+                geom_ids[lane] += u32::from(beyond);
+            }
+        }
+        let mut prim_ids = [NO_HIT; COUNT];
+        for lane in 0..COUNT {
+            let hit = ids[lane] != NO_HIT;
+            prim_ids[lane] = if hit { ids[lane] - firsts[lane] } else { NO_HIT };
+            geom_ids[lane] = if hit { geom_ids[lane] } else { NO_HIT };
+        }
+        [prim_ids, geom_ids]
     }
 
     /// As [`Scene::name`], one by one.

@@ -12,7 +12,7 @@ use crate::kernels::ScaledRay;
 use crate::prefetch::Ahead;
 use crate::ray::{Ray, RayPacket, Rays};
 use crate::rows::RayRows;
-use crate::simd::{F32x8, Lanes, Native};
+use crate::simd::{F32x8, Lanes, Native, each};
 
 /// The rays that one step of a batch takes: also the unit in which threads share a batch.
 pub(crate) const TILE_RAYS: usize = Tile::<Native>::RAYS;
@@ -34,6 +34,30 @@ pub(crate) fn intersect(
         let [prim_ids, geom_ids] = name(&group.ids());
         store_ids(&prim_ids, &mut hits.prim_id[range.clone()]);
         store_ids(&geom_ids, &mut hits.geom_id[range]);
+    });
+}
+
+/// Registers in memory, each in one line of the cache: what lies in two can't be read before it is written
+/// there, and that waits for all that was written before.
+#[repr(align(64))]
+struct Lines([[f32; Native::LANES]; 3]);
+
+/// Gives the closest hit of each ray, by the ray's number: the bits of `t`, `u` and `v`, and the id over all
+/// geometries.
+pub(crate) fn intersect_each(
+    bvh: &Bvh,
+    rays: BatchRays<'_>,
+    mut give: impl FnMut(usize, [u32; 4]),
+) {
+    trace::<false>(bvh, rays, Ahead::new([&[]; 5]), |start, group, count| {
+        let mut hits = Lines([[0.0; Native::LANES]; 3]);
+        group.t().store(&mut hits.0[0]);
+        group.u.store(&mut hits.0[1]);
+        group.v.store(&mut hits.0[2]);
+        for lane in 0..count {
+            let [t, u, v]: [u32; 3] = each(|field| hits.0[field][lane].to_bits());
+            give(start + lane, [t, u, v, group.id(lane)]);
+        }
     });
 }
 

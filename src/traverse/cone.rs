@@ -41,6 +41,7 @@ impl<const FAN: bool> Cone<FAN> {
     }
 
     /// Takes the rays of other groups, whose reach `reach` fills in. False if the apex lies amidst them.
+    #[inline(never)]
     pub(super) fn take(
         &mut self,
         axes: BeamAxes,

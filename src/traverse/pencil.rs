@@ -103,7 +103,10 @@ impl Pencil {
                 let (u, v) = ((u - self.low.x) * self.scale, (v - self.low.y) * self.scale);
                 all[lane] = spread_bits(whole_number(u)) | spread_bits(whole_number(v)) << 1;
             }
-            keys.copy_from_slice(&all[..keys.len()]);
+            match keys.first_chunk_mut() {
+                Some(keys) => *keys = all,
+                None => keys.copy_from_slice(&all[..keys.len()]),
+            }
         }
     }
 

@@ -24,6 +24,7 @@ impl Octant {
     }
 
     /// The one in which most of these are, the last of them if none is in any.
+    #[inline(always)]
     pub(super) fn most(octants: impl Iterator<Item = Self>) -> Self {
         let mut counts = [0; 8];
         for octant in octants.filter(|&octant| octant != Self::SEVERAL) {

@@ -4,8 +4,13 @@ use crate::batch_rays::{BatchRays, Start};
 use crate::ray::RayBatch;
 
 /// The bits that order the rays of a bucket.
-pub(super) const CELL_BITS: u32 = 9;
+pub(super) const CELL_BITS: u32 = 11;
 pub(super) const CELLS: usize = 1 << CELL_BITS;
+
+/// How many numbers a row has: all fields of a ray in the order of [`crate::Rays`], or its direction if
+/// that is all in which rays differ, and last the bits of what orders it in its bucket.
+pub(super) const ALL: usize = 8 + 1;
+pub(super) const DIRS: usize = 3 + 1;
 
 /// Rays in order, and their places in the buckets.
 #[derive(Default)]
@@ -37,15 +42,12 @@ impl Run {
     }
 
     /// Appends the rays of one bucket, which come part by part, as rows of directions or of all fields,
-    /// and with what orders them; the first one has place `place`.
-    pub(super) fn add<'a>(
-        &mut self,
-        parts: impl Iterator<Item = (&'a [f32], &'a [u16])> + Clone,
-        place: u32,
-    ) {
+    /// each with the bits of what orders it; the first one has place `place`.
+    pub(super) fn add<'a>(&mut self, parts: impl Iterator<Item = &'a [f32]> + Clone, place: u32) {
         let mut ends = [0_u32; CELLS];
-        for (_, cells) in parts.clone() {
-            cells.iter().for_each(|&cell| ends[cell as usize % CELLS] += 1);
+        let width = if self.shared.is_some() { DIRS } else { ALL };
+        for rows in parts.clone() {
+            rows.chunks_exact(width).for_each(|row| ends[cell_of(row[width - 1])] += 1);
         }
         let mut next = self.places.len() as u32;
         for end in &mut ends {
@@ -56,7 +58,7 @@ impl Run {
         let order = Order { ends, place, places: &mut self.places };
         if self.shared.is_some() {
             self.dirs.resize(count, [0.0; 3]);
-            order.give::<3>(parts, |end, dir| self.dirs[end] = *dir);
+            order.give::<DIRS>(parts, |end, &[x, y, z, _]| self.dirs[end] = [x, y, z]);
             return;
         }
         let rays = &mut self.rays;
@@ -74,7 +76,7 @@ impl Run {
             field.resize(count, 0.0);
             &mut field[..]
         });
-        order.give::<8>(parts, |end, row| {
+        order.give::<ALL>(parts, |end, row| {
             for (field, &value) in fields.iter_mut().zip(row) {
                 field[end] = value;
             }
@@ -94,16 +96,22 @@ impl Order<'_> {
     #[inline(always)]
     fn give<'a, const WIDTH: usize>(
         mut self,
-        parts: impl Iterator<Item = (&'a [f32], &'a [u16])>,
+        parts: impl Iterator<Item = &'a [f32]>,
         mut give: impl FnMut(usize, &[f32; WIDTH]),
     ) {
-        for (rows, cells) in parts {
-            for (row, &cell) in rows.as_chunks::<WIDTH>().0.iter().zip(cells) {
-                let end = &mut self.ends[cell as usize % CELLS];
+        for rows in parts {
+            for row in rows.as_chunks::<WIDTH>().0 {
+                let end = &mut self.ends[cell_of(row[WIDTH - 1])];
                 give(*end as usize, row);
                 self.places[*end as usize] = self.place;
                 (*end, self.place) = (*end + 1, self.place + 1);
             }
         }
     }
+}
+
+/// What orders a ray in its bucket, by the last number of its row.
+#[inline(always)]
+fn cell_of(last: f32) -> usize {
+    last.to_bits() as usize % CELLS
 }
