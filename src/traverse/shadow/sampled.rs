@@ -1,7 +1,7 @@
 //! Points of a block whose samples are traced: as volleys, or as tiles of a batch.
 //!
 //! A volley tests what a bundle meets with the whole bundle, a tile leaves to single rays what few rays
-//! meet. Which is faster differs by half in either direction, so both are timed ([`super::tempo`]). Only
+//! meet. Which is faster differs by a quarter in either direction, so both are timed ([`super::tempo`]). Only
 //! points whose samples fill a tile are tiles at once: their rays start at one point, of which tiles
 //! make most.
 //!
@@ -28,7 +28,7 @@ use crate::bvh::Bvh;
 use crate::points::LightSamples;
 use crate::simd::{F32x16, each};
 
-/// The two ways to trace a group.
+/// The two ways to trace a group: with at most sixteen samples a point the first is tried first, else the second.
 const VOLLEYS: usize = 0;
 const TILES: usize = 1;
 

@@ -1,6 +1,6 @@
 //! What was faster lately, and what pays.
 //!
-//! Points whose rays go as a volley and as a tile differ by half in either direction, and nothing that is
+//! Points whose rays go as a volley and as a tile differ by a quarter in either direction, and nothing that is
 //! known beforehand tells which is faster. So both are timed, by the clock. This decides about speed
 //! alone, never about answers.
 
@@ -28,7 +28,8 @@ const WEIGHT: f32 = 0.3;
 /// The logarithm of the ratio from which on the other way is taken: a change costs what was remembered.
 const CLEAR: f32 = -0.08;
 
-/// How many kinds of queries are told apart.
+/// How many kinds of queries are told apart. Each begins with the way of its own number: a query may be over before a
+/// trial tells, and a trial is wrong now and then.
 pub(super) const KINDS: usize = 2;
 
 /// Which of two ways to take, 0 or 1.
@@ -48,9 +49,10 @@ pub(super) struct Choice {
 }
 
 impl Choice {
-    const fn new() -> Self {
+    /// To begin with the way `better`.
+    const fn new(better: usize) -> Self {
         let run = RUNS[0];
-        Self { better: 0, ratio: 0.0, last: 0.0, tries: 0, tried: 0.0, left: TRIAL, run }
+        Self { better, ratio: 0.0, last: 0.0, tries: 0, tried: 0.0, left: TRIAL, run }
     }
 
     /// What this thread left last in a query of that kind, which is below [`KINDS`].
@@ -105,7 +107,7 @@ impl Choice {
 
 thread_local! {
     /// Queries may be short, about a tile of a picture or one of many lights: trials would be most of them.
-    static LATELY: Cell<[Choice; KINDS]> = const { Cell::new([Choice::new(); KINDS]) };
+    static LATELY: Cell<[Choice; KINDS]> = const { Cell::new([Choice::new(0), Choice::new(1)]) };
 }
 
 /// How much of what was saved and spent before counts.
@@ -156,7 +158,7 @@ mod tests {
 
     #[test]
     fn the_faster_way_is_taken_and_a_change_is_seen() {
-        let mut choice = Choice::new();
+        let mut choice = Choice::new(0);
         assert!(turns(&mut choice, [10, 20])[0] > 900);
         // The longest runs are half of a thousand turns.
         (0..2).for_each(|_| _ = turns(&mut choice, [30, 20]));
