@@ -18,7 +18,7 @@ use std::time::Instant;
 
 use criterion::{Criterion, Throughput, criterion_group};
 use octray::glam::Vec3;
-use octray::render::{Aov, PictureFile, Rendered, Renderer, reference};
+use octray::render::{Aov, PictureFile, Renderer, reference};
 use octray::shading::sampling::{SampleKey, StratifiedSet};
 use octray::workload::{Model, scenes};
 use octray::{Camera, Light, Loaded, Scene, Settings};
@@ -127,9 +127,10 @@ fn phases_of(name: &str, scene: &Scene, camera: &Camera, (side, samples): (u32, 
     let file = PictureFile::new(&folder.path().join("picture.png")).expect("PNG can be written");
     let mut turns: [Vec<f64>; 8] = Default::default();
     for _ in 0..TURNS {
-        let Rendered { image, stats } = renderer.render().expect("the settings are valid");
+        let picture = renderer.render_to(&file).expect("the settings are valid");
+        let stats = *picture.stats();
         let start = Instant::now();
-        file.write(&image).expect("the picture can be written");
+        picture.save().expect("the picture can be written");
         let file = start.elapsed().as_secs_f64();
         let placing = placing(stats.placed_samples, samples);
         let phases = stats.phases;

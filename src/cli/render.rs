@@ -51,22 +51,22 @@ pub(super) fn run(args: &RenderArgs) -> Result<(), Stop> {
     if let Some(crop) = args.crop {
         renderer = renderer.crop(crop);
     }
-    let rendered = renderer.render();
+    let picture = renderer.render_to(&file);
     bar.finish_and_clear();
-    let rendered = match rendered {
+    let picture = match picture {
         Err(RenderError::Cancelled) => return Err(Stop::Interrupted),
-        rendered => rendered.map_err(Stop::failed)?,
+        picture => picture.map_err(Stop::failed)?,
     };
     if interrupted.load(Ordering::Relaxed) {
         return Err(Stop::Interrupted);
     }
 
     let save_start = Instant::now();
-    file.write(&rendered.image).map_err(Stop::failed)?;
+    picture.save().map_err(Stop::failed)?;
     let save_seconds = save_start.elapsed().as_secs_f64();
-    let stats = rendered.stats;
+    let stats = picture.stats();
     if !args.quiet {
-        say(&summary(&output, shown, &stats));
+        say(&summary(&output, shown, stats));
     }
     if args.json {
         let json = serde_json::json!({

@@ -3,38 +3,51 @@
 use std::io::Cursor;
 
 use image::codecs::jpeg::JpegEncoder;
-use image::{DynamicImage, ImageBuffer, Rgb};
+use image::{ImageBuffer, ImageResult, Rgb};
 use rayon::prelude::*;
 
-use crate::render::{Aov, Image, PictureFormat};
+use crate::render::codes::{EightBits, prim_color};
+use crate::render::image::Codes;
+use crate::render::{Aov, Image, PictureFormat, RenderError};
 
 /// The bytes of the file, or what the encoder says.
 pub(super) fn encode(image: &Image, format: PictureFormat) -> Result<Vec<u8>, String> {
-    let broken =
-        || format!("{} pixels are not {}x{}", image.pixels.len(), image.width, image.height);
-    let (width, height) = (image.width, image.height);
+    if !format.is_linear() {
+        let codes = eight_bits(image).map_err(|error| error.to_string())?;
+        return encode_codes(&codes, format);
+    }
+    let value = if format == PictureFormat::Exr { exr_value } else { hdr_value };
+    let values: Vec<f32> =
+        image.pixels.par_iter().flat_map_iter(|&pixel| value(image, pixel)).collect();
+    let buffer = ImageBuffer::<Rgb<f32>, _>::from_raw(image.width, image.height, values);
+    let buffer = buffer.ok_or_else(|| broken(image.pixels.len(), image.width, image.height))?;
+    bytes_of(|bytes| buffer.write_to(bytes, format.image_format()))
+}
+
+/// The bytes of a file whose format has eight bits a value, or what the encoder says.
+pub(super) fn encode_codes(codes: &Codes, format: PictureFormat) -> Result<Vec<u8>, String> {
+    let (width, height) = (codes.width, codes.height);
+    let values = codes.pixels.as_flattened();
+    let buffer = ImageBuffer::<Rgb<u8>, _>::from_raw(width, height, values);
+    let buffer = buffer.ok_or_else(|| broken(codes.pixels.len(), width, height))?;
+    bytes_of(|bytes| {
+        if format == PictureFormat::Jpeg {
+            buffer.write_with_encoder(JpegEncoder::new_with_quality(bytes, 92))
+        } else {
+            buffer.write_to(bytes, format.image_format())
+        }
+    })
+}
+
+fn broken(pixels: usize, width: u32, height: u32) -> String {
+    format!("{pixels} pixels are not {width}x{height}")
+}
+
+fn bytes_of(
+    write: impl FnOnce(&mut Cursor<Vec<u8>>) -> ImageResult<()>,
+) -> Result<Vec<u8>, String> {
     let mut bytes = Cursor::new(Vec::new());
-    let encoded = match format {
-        PictureFormat::Exr | PictureFormat::Hdr => {
-            let value = if format == PictureFormat::Exr { exr_value } else { hdr_value };
-            let values = image.pixels.par_iter().flat_map_iter(|&pixel| value(image, pixel));
-            let buffer: Option<ImageBuffer<Rgb<f32>, _>> =
-                ImageBuffer::from_raw(width, height, values.collect());
-            DynamicImage::ImageRgb32F(buffer.ok_or_else(broken)?)
-                .write_to(&mut bytes, format.image_format())
-        }
-        _ => {
-            let buffer: Option<ImageBuffer<Rgb<u8>, _>> =
-                ImageBuffer::from_raw(width, height, eight_bits(image));
-            let picture = DynamicImage::ImageRgb8(buffer.ok_or_else(broken)?);
-            if format == PictureFormat::Jpeg {
-                picture.write_with_encoder(JpegEncoder::new_with_quality(&mut bytes, 92))
-            } else {
-                picture.write_to(&mut bytes, format.image_format())
-            }
-        }
-    };
-    encoded.map_err(|error| error.to_string())?;
+    write(&mut bytes).map_err(|error| error.to_string())?;
     Ok(bytes.into_inner())
 }
 
@@ -52,166 +65,13 @@ fn hdr_value(image: &Image, pixel: [f32; 3]) -> [f32; 3] {
     value.map(|value| if value > 1.0e-37 { value.min(1.0e38) } else { 0.0 })
 }
 
-/// All values in 8 bits, one after the other.
-fn eight_bits(image: &Image) -> Vec<u8> {
+/// A picture in eight bits a value.
+fn eight_bits(image: &Image) -> Result<Codes, RenderError> {
     /// Pixels that are worth a task.
     const TASK: usize = 4096;
-    let codes = SrgbCodes::new();
-    let [near, far] = image.depth_range;
-    let range = (far - near).max(f32::MIN_POSITIVE);
-    let mut bytes = vec![0; 3 * image.pixels.len()];
-    let tasks = bytes.par_chunks_mut(3 * TASK).zip(image.pixels.par_chunks(TASK));
-    tasks.for_each(|(bytes, pixels)| {
-        let values = pixels.as_flattened();
-        match image.aov {
-            Aov::Color => codes.write(values, bytes),
-            Aov::Normal => write_each(bytes, values, |n| eighth(n * 0.5 + 0.5)),
-            Aov::Depth => write_each(bytes, values, |depth| eighth((far - depth) / range)),
-            Aov::Prim => {
-                for (bytes, &pixel) in bytes.as_chunks_mut().0.iter_mut().zip(pixels) {
-                    *bytes = prim_color(pixel).map(eighth);
-                }
-            }
-        }
-    });
-    bytes
-}
-
-/// Writes what `of` gives for each value.
-fn write_each(bytes: &mut [u8], values: &[f32], of: impl Fn(f32) -> u8) {
-    bytes.iter_mut().zip(values).for_each(|(byte, &value)| *byte = of(value));
-}
-
-/// A value from 0 to 1 in 8 bits. NaN becomes 0.
-fn eighth(value: f32) -> u8 {
-    (value.clamp(0.0, 1.0) * 255.0 + 0.5) as u8
-}
-
-/// The sRGB curve: from linear to encoded, both 0 to 1.
-fn srgb(linear: f32) -> f32 {
-    if linear <= 0.003_130_8 { 12.92 * linear } else { 1.055 * linear.powf(1.0 / 2.4) - 0.055 }
-}
-
-/// The curve as a table, with the same codes: a power for each value took longer than all else that
-/// is done for a pixel's file.
-///
-/// A step is the upper bits of a float, and holds one code or two. Its entry is the code of its smallest
-/// value, shifted, plus so much that the lower bits of a float carry into the code from the second
-/// code's smallest value on. So a value takes one look and an addition, and sixteen go side by side.
-struct SrgbCodes {
-    of_step: [u32; Self::STEPS],
-}
-
-impl SrgbCodes {
-    /// 2^-13, which is code 0.
-    const FIRST: u32 = 0x3900_0000;
-    /// 256 steps an octave: in none are there more than two codes.
-    const SHIFT: u32 = 15;
-    /// A power of two, so that no index needs a check; the step of 1 is 3,328.
-    const STEPS: usize = 4096;
-
-    fn new() -> Self {
-        let smallest = smallest_of_codes();
-        let (mut of_step, mut code) = ([0; Self::STEPS], 0);
-        for (step, entry) in (0..).zip(&mut of_step) {
-            let first = Self::FIRST + (step << Self::SHIFT);
-            while smallest[code + 1] <= first {
-                code += 1;
-            }
-            let second = (smallest[code + 1] - first).min(1 << Self::SHIFT);
-            *entry = ((code as u32 + 1) << Self::SHIFT) - second;
-        }
-        Self { of_step }
-    }
-
-    /// Writes the code of each value. A function of its own: only if the compiler is told that none of
-    /// the three lie in one another does it look up sixteen values at once, a third of the time.
-    #[inline(never)]
-    fn write(&self, values: &[f32], bytes: &mut [u8]) {
-        for (byte, &value) in bytes.iter_mut().zip(values) {
-            *byte = self.of(value);
-        }
-    }
-
-    /// The code of a linear value; 0 for NaN.
-    #[inline(always)]
-    fn of(&self, linear: f32) -> u8 {
-        let first = f32::from_bits(Self::FIRST);
-        // Asked this way round, a NaN becomes the first.
-        let value = if linear > first { linear } else { first };
-        let bits = value.min(1.0).to_bits() - Self::FIRST;
-        let entry = self.of_step[(bits >> Self::SHIFT) as usize % Self::STEPS];
-        let within = bits & ((1 << Self::SHIFT) - 1);
-        ((entry + within) >> Self::SHIFT) as u8
-    }
-}
-
-/// The bits of the smallest value of each code that is at least [`SrgbCodes::FIRST`], and at the end
-/// bits that no value reaches. The bits of positive floats are in their order.
-fn smallest_of_codes() -> [u32; 257] {
-    let mut smallest = [u32::MAX; 257];
-    for (code, smallest) in (1..).zip(&mut smallest[1..256]) {
-        let (mut below, mut at) = (SrgbCodes::FIRST, 1.0_f32.to_bits());
-        while at - below > 1 {
-            let middle = below + (at - below) / 2;
-            let reaches = eighth(srgb(f32::from_bits(middle))) >= code;
-            (below, at) = if reaches { (below, middle) } else { (middle, at) };
-        }
-        *smallest = at;
-    }
-    smallest
-}
-
-/// A bright colour that differs between neighbouring ids; black for a miss.
-fn prim_color([geom_id, prim_id, hit]: [f32; 3]) -> [f32; 3] {
-    if hit == 0.0 {
-        return [0.0; 3];
-    }
-    let mut bits = (geom_id as u32).wrapping_mul(0x9e37_79b9) ^ (prim_id as u32);
-    for _ in 0..2 {
-        bits = (bits ^ (bits >> 16)).wrapping_mul(0x7feb_352d);
-        bits = (bits ^ (bits >> 15)).wrapping_mul(0x846c_a68b);
-    }
-    [0, 8, 16].map(|shift| 0.2 + 0.8 * (bits >> shift & 255) as f32 / 255.0)
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn the_curve_is_srgb() {
-        let pixel = |value| {
-            let image = Image::new(1, 1, Aov::Color).unwrap();
-            eight_bits(&Image { pixels: vec![[value; 3]], ..image })[0]
-        };
-        // 0.2140411 is the middle grey 128 of sRGB; 0.0030353 is 10 by the straight part.
-        for (linear, encoded) in [
-            (0.0, 0),
-            (1.0, 255),
-            (0.215_86, 128),
-            (0.003_035_3, 10),
-            (7.0, 255),
-            (-1.0, 0),
-            (f32::NAN, 0),
-            (f32::INFINITY, 255),
-        ] {
-            assert_eq!(pixel(linear), encoded, "{linear}");
-        }
-    }
-
-    #[test]
-    fn the_table_is_the_curve() {
-        let codes = SrgbCodes::new();
-        let small = (0..=1_000_000).map(|step| step as f32 * 1.1e-6);
-        let tiny = (0..10_000).map(|step| step as f32 * 1e-8);
-        let smallest = smallest_of_codes();
-        let edges = smallest[1..256].iter().flat_map(|&bits| {
-            let at = f32::from_bits(bits);
-            [at.next_down(), at, at.next_up()]
-        });
-        for value in small.chain(tiny).chain(edges) {
-            assert_eq!(codes.of(value), eighth(srgb(value)), "{value}");
-        }
-    }
+    let of = EightBits::new(image.aov, image.depth_range);
+    let mut codes = Codes::new(image.width, image.height)?;
+    let tasks = codes.pixels.par_chunks_mut(TASK).zip(image.pixels.par_chunks(TASK));
+    tasks.for_each(|(codes, pixels)| of.write(pixels, &mut codes[..pixels.len()]));
+    Ok(codes)
 }

@@ -29,7 +29,7 @@ pub enum RenderError {
     #[error(transparent)]
     Camera(#[from] CameraError),
     /// The memory for the pixels was refused.
-    #[error("there is no memory for {pixels} pixels ({} MB)", pixels * 12 / 1_000_000)]
+    #[error("there is no memory for {pixels} pixels")]
     Memory {
         /// How many pixels were asked for.
         pixels: u64,

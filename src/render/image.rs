@@ -1,5 +1,6 @@
-//! The picture in memory: linear floats, row by row from the upper left.
+//! The picture in memory: linear floats or codes, row by row from the upper left.
 
+use bytemuck::Zeroable;
 use bytemuck::allocation::try_zeroed_vec;
 
 use crate::render::{Aov, RenderError};
@@ -26,11 +27,7 @@ impl Image {
     /// # Errors
     /// [`RenderError::Memory`] if the memory is refused.
     pub fn new(width: u32, height: u32, aov: Aov) -> Result<Self, RenderError> {
-        let count = u64::from(width) * u64::from(height);
-        let memory = RenderError::Memory { pixels: count };
-        let count = usize::try_from(count).map_err(|_| memory.clone())?;
-        // Memory that comes as zeros is first touched by the threads that render into it, each its part.
-        let pixels = try_zeroed_vec(count).map_err(|()| memory)?;
+        let pixels = zeroed_pixels(width, height)?;
         Ok(Self { width, height, aov, depth_range: [0.0, 0.0], pixels })
     }
 
@@ -39,4 +36,27 @@ impl Image {
         assert!(x < self.width && y < self.height, "({x}, {y}) is not in the picture");
         self.pixels[y as usize * self.width as usize + x as usize]
     }
+}
+
+/// A picture of eight bits a value: a quarter of the memory.
+#[derive(Clone, Debug)]
+pub(super) struct Codes {
+    pub(super) width: u32,
+    pub(super) height: u32,
+    pub(super) pixels: Vec<[u8; 3]>,
+}
+
+impl Codes {
+    /// A picture of zeros.
+    pub(super) fn new(width: u32, height: u32) -> Result<Self, RenderError> {
+        Ok(Self { width, height, pixels: zeroed_pixels(width, height)? })
+    }
+}
+
+/// Memory that comes as zeros is first touched by the threads that render into it, each its part.
+fn zeroed_pixels<P: Zeroable>(width: u32, height: u32) -> Result<Vec<P>, RenderError> {
+    let pixels = u64::from(width) * u64::from(height);
+    let memory = RenderError::Memory { pixels };
+    let count = usize::try_from(pixels).map_err(|_| memory.clone())?;
+    try_zeroed_vec(count).map_err(|()| memory)
 }

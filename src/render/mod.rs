@@ -8,14 +8,16 @@
 //!
 //! A picture is a function of (scene, camera, settings) alone: neither threads, nor the order of
 //! tiles, nor a crop can change a bit of it. [`reference`](mod@reference) makes the same picture by
-//! plain recursion and says what is right; `output` and `encode` put pictures
-//! into files.
+//! plain recursion and says what is right; `output`, `encode` and `codes` put pictures into files. A
+//! picture that only becomes a file is kept as the codes that the file will hold (`film`).
 
 mod arena;
 mod camera;
+mod codes;
 mod colors;
 mod encode;
 mod error;
+mod film;
 mod frame;
 mod image;
 mod output;
@@ -25,6 +27,7 @@ mod shade;
 mod shadows;
 mod stats;
 mod tile;
+mod unsaved;
 mod wave;
 
 pub use crate::points::SHADOW_T_MAX;
@@ -34,3 +37,4 @@ pub use image::Image;
 pub use output::{OutputError, PictureFile, PictureFormat};
 pub use renderer::{Progress, Rendered, Renderer};
 pub use stats::{PhaseSeconds, RenderStats};
+pub use unsaved::Unsaved;

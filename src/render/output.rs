@@ -9,7 +9,8 @@ use tempfile::NamedTempFile;
 use thiserror::Error;
 
 use crate::render::Image;
-use crate::render::encode::encode;
+use crate::render::encode::{encode, encode_codes};
+use crate::render::image::Codes;
 
 /// Why a picture is not in its file. The file that was there before, if any, is intact.
 #[derive(Debug, Error)]
@@ -147,6 +148,11 @@ impl PictureFormat {
         extensions.join(", ")
     }
 
+    /// True if it holds floats.
+    pub(super) fn is_linear(self) -> bool {
+        matches!(self, Self::Exr | Self::Hdr)
+    }
+
     pub(super) fn image_format(self) -> ImageFormat {
         match self {
             Self::Png => ImageFormat::Png,
@@ -215,8 +221,17 @@ impl PictureFile {
     /// [`OutputError`] names the file; nothing new is left in the directory.
     pub fn write(&self, image: &Image) -> Result<(), OutputError> {
         self.check_size(image.width, image.height)?;
-        let bytes = encode(image, self.format)
-            .map_err(|why| OutputError::Encode { path: self.path.clone(), why })?;
+        self.replace(encode(image, self.format))
+    }
+
+    /// The same for a picture of eight bits a value, and a format that has as many.
+    pub(super) fn write_codes(&self, codes: &Codes) -> Result<(), OutputError> {
+        self.check_size(codes.width, codes.height)?;
+        self.replace(encode_codes(codes, self.format))
+    }
+
+    fn replace(&self, encoded: Result<Vec<u8>, String>) -> Result<(), OutputError> {
+        let bytes = encoded.map_err(|why| OutputError::Encode { path: self.path.clone(), why })?;
         let mut file = self.beside()?;
         let written = file.write_all(&bytes).and_then(|()| file.as_file().sync_all());
         written.map_err(|source| self.io(source))?;

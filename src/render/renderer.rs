@@ -9,10 +9,14 @@ use std::time::Instant;
 
 use bumpalo::Bump;
 
+use crate::render::codes::EightBits;
+use crate::render::film::{Film, Linear};
 use crate::render::frame::{Aov, Crop, Frame};
+use crate::render::image::Codes;
 use crate::render::stats::{Lap, RenderStats};
 use crate::render::tile::{TileRenderer, Tiling};
-use crate::render::{Image, RenderError};
+use crate::render::unsaved::{Pixels, Unsaved};
+use crate::render::{Image, PictureFile, RenderError};
 use crate::scene::{Camera, Scene, Settings};
 
 /// How far a picture is.
@@ -114,24 +118,74 @@ impl<'a> Renderer<'a> {
     /// [`RenderError`] for settings or a camera that make no picture, a picture that is too large,
     /// or after a cancellation.
     pub fn render(&self) -> Result<Rendered, RenderError> {
+        self.make(|frame| {
+            let (image, stats) = self.linear(frame)?;
+            Ok(Rendered { image, stats })
+        })
+    }
+
+    /// Makes the picture for a file, in no more memory than the file's format asks for: a picture of
+    /// eight bits a value takes 3 bytes a pixel and not 12. The file is that of [`PictureFile::write`].
+    ///
+    /// ```no_run
+    /// # use octray::render::{PictureFile, Renderer};
+    /// # let loaded = octray::load("scene.toml".as_ref())?;
+    /// let file = PictureFile::new("scene.png".as_ref())?;
+    /// let picture = Renderer::new(&loaded.scene, &loaded.camera, loaded.settings).render_to(&file)?;
+    /// picture.save()?;
+    /// # Ok::<(), Box<dyn std::error::Error>>(())
+    /// ```
+    ///
+    /// # Errors
+    /// As [`Renderer::render`].
+    pub fn render_to<'f>(&self, file: &'f PictureFile) -> Result<Unsaved<'f>, RenderError> {
+        self.make(|frame| {
+            if file.format().is_linear() {
+                let (image, stats) = self.linear(frame)?;
+                return Ok(Unsaved::new(file, Pixels::Linear(image), stats));
+            }
+            let mut codes = Codes::new(frame.area.width(), frame.area.height())?;
+            let film = EightBits::new(frame.aov, frame.depth_range());
+            let stats = self.expose(frame, &film, &mut codes.pixels)?;
+            Ok(Unsaved::new(file, Pixels::Codes(codes), stats))
+        })
+    }
+
+    /// Has a frame made into something, on the threads that were asked for.
+    fn make<T: Send>(
+        &self,
+        of: impl FnOnce(&Frame<'_>) -> Result<T, RenderError> + Send,
+    ) -> Result<T, RenderError> {
         let frame = Frame::new(self.scene, self.camera, &self.settings, self.crop, self.aov)?
             .cancelled_by(self.cancel);
         if self.threads == 0 {
-            return self.render_frame(&frame);
+            return of(&frame);
         }
         let pool = rayon::ThreadPoolBuilder::new().num_threads(self.threads).build();
         let error = |why: rayon::ThreadPoolBuildError| RenderError::Threads {
             count: self.threads,
             why: why.to_string(),
         };
-        pool.map_err(error)?.install(|| self.render_frame(&frame))
+        pool.map_err(error)?.install(|| of(&frame))
     }
 
-    fn render_frame(&self, frame: &Frame<'_>) -> Result<Rendered, RenderError> {
-        let start = Instant::now();
-        let (area, width) = (&frame.area, frame.area.width() as usize);
+    fn linear(&self, frame: &Frame<'_>) -> Result<(Image, RenderStats), RenderError> {
+        let area = &frame.area;
         let mut image = Image::new(area.width(), area.height(), frame.aov)?;
         image.depth_range = frame.depth_range();
+        let stats = self.expose(frame, &Linear, &mut image.pixels)?;
+        Ok((image, stats))
+    }
+
+    /// Renders all pixels of the frame.
+    fn expose<F: Film>(
+        &self,
+        frame: &Frame<'_>,
+        film: &F,
+        pixels: &mut [F::Pixel],
+    ) -> Result<RenderStats, RenderError> {
+        let start = Instant::now();
+        let (area, width) = (&frame.area, frame.area.width() as usize);
         let threads = rayon::current_num_threads();
         let tiling = Tiling::new(*area, threads);
         let (across, down) = tiling.counts();
@@ -139,12 +193,13 @@ impl<'a> Renderer<'a> {
         let workers = threads.min(tiles as usize);
 
         let bands: Vec<_> =
-            image.pixels.chunks_mut(width * tiling.side as usize).map(Mutex::new).collect();
+            pixels.chunks_mut(width * tiling.side as usize).map(Mutex::new).collect();
         let next_tile = AtomicU32::new(0);
         let total = Mutex::new((RenderStats::default(), 0));
         let work = || {
             let arena = Bump::new();
             let mut tile = TileRenderer::new_in(frame, tiling, &arena);
+            let mut memory = Vec::new();
             loop {
                 let index = next_tile.fetch_add(1, Ordering::Relaxed);
                 if index >= tiles {
@@ -155,9 +210,10 @@ impl<'a> Renderer<'a> {
                     break;
                 }
                 let mut lap = Lap::start();
+                let pixels = film.pixels(tile.values(), &mut memory);
                 let row = index / across;
                 let mut band = bands[row as usize].lock().unwrap_or_else(PoisonError::into_inner);
-                tile.write(index, &mut band);
+                tile.write(index, pixels, &mut band);
                 drop(band);
                 stats.phases.film += lap.seconds();
 
@@ -179,6 +235,6 @@ impl<'a> Renderer<'a> {
             return Err(RenderError::Cancelled);
         }
         let wall_seconds = start.elapsed().as_secs_f64();
-        Ok(Rendered { image, stats: RenderStats { wall_seconds, threads: workers, ..stats } })
+        Ok(RenderStats { wall_seconds, threads: workers, ..stats })
     }
 }

@@ -32,7 +32,8 @@ const ALONG: [u16; LARGEST_SIDE as usize] = along();
 pub(super) struct TileRenderer<'b> {
     /// The pixels of the tile, in no order that matters.
     places: Vec<Place>,
-    colors: Vec<Vec3>,
+    /// The colours of those pixels, or whatever the picture has.
+    colors: Vec<[f32; 3]>,
     wave: Wave<'b>,
     tiling: Tiling,
 }
@@ -97,7 +98,7 @@ impl<'b> TileRenderer<'b> {
         let (spp, seed) = (frame.settings.spp, frame.settings.seed);
         colors.clear();
         if spp > 1 {
-            colors.resize(count, Vec3::ZERO);
+            colors.resize(count, [0.0; 3]);
         }
         let rays = count * spp as usize;
         stats.phases.camera += lap.seconds();
@@ -109,10 +110,12 @@ impl<'b> TileRenderer<'b> {
             lap.seconds();
             if spp == 1 {
                 // Added to zero, as sums are: -0 becomes 0.
-                colors.extend(found.iter(last - first).map(|color| Vec3::ZERO + color));
+                colors
+                    .extend(found.iter(last - first).map(|color| (Vec3::ZERO + color).to_array()));
             } else {
                 for color in found.iter(last - first) {
-                    colors[pixel] += color;
+                    let sum = &mut colors[pixel];
+                    *sum = (Vec3::from(*sum) + color).to_array();
                     sample += 1;
                     if sample == spp {
                         (pixel, sample) = (pixel + 1, 0);
@@ -122,28 +125,34 @@ impl<'b> TileRenderer<'b> {
             stats.phases.film += lap.seconds();
         }
         if spp > 1 {
-            colors.iter_mut().for_each(|color| *color /= spp as f32);
+            colors.as_flattened_mut().iter_mut().for_each(|value| *value /= spp as f32);
         }
         stats.phases.film += lap.seconds();
         Ok(())
     }
 
-    /// Writes tile `index`, which was rendered last, to its rows of the picture.
-    pub(super) fn write(&self, index: u32, rows: &mut [[f32; 3]]) {
+    /// What was rendered last, for [`TileRenderer::write`].
+    pub(super) fn values(&self) -> &[[f32; 3]] {
+        &self.colors
+    }
+
+    /// Writes the pixels of tile `index`, which was rendered last, to its rows of the picture. `pixels` are
+    /// what became of [`TileRenderer::values`].
+    pub(super) fn write<P: Copy>(&self, index: u32, pixels: &[P], rows: &mut [P]) {
         let (area, tile, side) = (&self.tiling.area, self.tiling.tile(index), self.tiling.side);
         let (width, left) = (area.width() as usize, (tile.x0 - area.x0) as usize);
-        if self.colors.len() == (side * side) as usize {
+        if pixels.len() == (side * side) as usize {
             for (row, down) in rows.chunks_exact_mut(width).zip(ALONG) {
                 let row = &mut row[left..left + side as usize];
                 for (pixel, across) in row.iter_mut().zip(ALONG) {
-                    *pixel = self.colors[usize::from(across + 2 * down)].to_array();
+                    *pixel = pixels[usize::from(across + 2 * down)];
                 }
             }
             return;
         }
-        for (&[x, y], color) in self.places.iter().zip(&self.colors) {
+        for (&[x, y], &pixel) in self.places.iter().zip(pixels) {
             let (x, y) = (x - area.x0, y - tile.y0);
-            rows[y as usize * width + x as usize] = color.to_array();
+            rows[y as usize * width + x as usize] = pixel;
         }
     }
 }
