@@ -3,15 +3,22 @@
 //! All arrays have places for whole registers of sixteen lanes: what lies past the end means nothing.
 
 use bumpalo::Bump;
+use bytemuck::{Pod, Zeroable};
 
 use crate::hit::{Hit, Hits, NO_HIT};
+use crate::pages::Line;
 use crate::ray::Rays;
 use crate::scene::{LANES, Vectors};
 use crate::simd::{F32x16, Lanes, each};
 
-/// An array of copies of `value` with places for `capacity` values.
-pub(super) fn array<T: Copy>(capacity: usize, value: T, arena: &Bump) -> &mut [T] {
-    arena.alloc_slice_fill_copy(capacity.next_multiple_of(LANES), value)
+/// An array of copies of `value`, which has four bytes, with places for `capacity` values. It starts at a
+/// line of the cache, and its neighbour in the arena at another one of its page: loops go through many arrays
+/// at the same pace, and lines at the same place of their pages share few places in the cache.
+pub(super) fn array<T: Pod>(capacity: usize, value: T, arena: &Bump) -> &mut [T] {
+    let lines = arena.alloc_slice_fill_copy(capacity.div_ceil(LANES) + 1, Line::zeroed());
+    let array = bytemuck::cast_slice_mut(lines);
+    array.fill(value);
+    array
 }
 
 /// Writes the values of the lanes in `mask` side by side to `to`, from place `at`.
