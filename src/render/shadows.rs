@@ -76,13 +76,17 @@ impl<'b> ShadowBatch<'b> {
         }
     }
 
-    /// Adds the light number `of.1`, seen after `of.0` bounces, to the colours of the points'
-    /// paths.
+    /// Forgets all points.
+    pub(super) fn clear(&mut self) {
+        self.len = 0;
+    }
+
+    /// Adds the light number `of.1`, seen after `of.0` bounces, to the colours of the paths of the points,
+    /// which look at that light.
     pub(super) fn light(
         &mut self,
         frame: &Frame<'_>,
         of: (u32, usize),
-        points: &[ShadingPoints],
         (paths, colors): (&Paths<'_>, &mut Colors<'_>),
         stats: &mut RenderStats,
     ) -> Result<(), Cancelled> {
@@ -91,10 +95,6 @@ impl<'b> ShadowBatch<'b> {
         let lights = frame.scene.lights();
         let light = &lights[index];
         let mut lap = Lap::start();
-        self.len = 0;
-        points.iter().for_each(|points| self.push(frame, index, points));
-        stats.phases.shade += lap.seconds();
-
         let count = match light.shape {
             LightShape::Point(_) => 1,
             LightShape::Quad { .. } => frame.settings.shadow_samples,
@@ -130,7 +130,7 @@ impl<'b> ShadowBatch<'b> {
 
     /// Adds those of sixteen points that a light gives something.
     #[inline(always)]
-    fn push(&mut self, frame: &Frame<'_>, light: usize, points: &ShadingPoints) {
+    pub(super) fn push(&mut self, frame: &Frame<'_>, light: usize, points: &ShadingPoints) {
         let light = &frame.scene.lights()[light];
         let center = phong::light_center(&light.shape);
         let zero = F32x16::splat(0.0);

@@ -36,6 +36,7 @@ pub(super) struct Wave<'b> {
 impl<'b> Wave<'b> {
     pub(super) fn with_capacity_in(frame: &Frame<'_>, capacity: usize, arena: &'b Bump) -> Self {
         let lit = if frame.is_unlit() { 0 } else { capacity };
+        let kept = if frame.scene.lights().len() > 1 { lit.div_ceil(LANES) } else { 1 };
         let has_mirrors = frame.scene.materials().iter().any(|material| material.mirror > 0.0);
         let mirrored = if has_mirrors { capacity } else { 0 };
         Self {
@@ -43,7 +44,7 @@ impl<'b> Wave<'b> {
             round: ArenaRays::with_capacity_in(capacity, arena),
             next_round: ArenaRays::with_capacity_in(mirrored, arena),
             hits: ArenaHits::with_capacity_in(capacity, arena),
-            points: arena.alloc_slice_fill_copy(lit.div_ceil(LANES), ShadingPoints::none()),
+            points: arena.alloc_slice_fill_copy(kept, ShadingPoints::none()),
             shadows: ShadowBatch::new_in(frame, lit, arena),
             colors: Colors::with_capacity_in(capacity, arena),
             last: SharedPrimitive::default(),
@@ -81,8 +82,14 @@ impl<'b> Wave<'b> {
                 let found = self.find_points(frame, bounce);
                 stats.phases.shade += lap.seconds();
                 for light in 0..frame.scene.lights().len() {
-                    let (points, colors) = (&self.points[..found], &mut self.colors);
-                    self.shadows.light(frame, (bounce, light), points, (paths, colors), stats)?;
+                    let mut lap = Lap::start();
+                    if light > 0 {
+                        self.shadows.clear();
+                        let points = &self.points[..found];
+                        points.iter().for_each(|points| self.shadows.push(frame, light, points));
+                    }
+                    stats.phases.shade += lap.seconds();
+                    self.shadows.light(frame, (bounce, light), (paths, &mut self.colors), stats)?;
                 }
             }
             if self.next_round.len() == 0 {
@@ -102,14 +109,20 @@ impl<'b> Wave<'b> {
         }
     }
 
-    /// Fills `points`; how many of them there are.
+    /// Has the points look at the first light while they are at hand. Fills `points` if there are more
+    /// lights; how many of them there are.
     fn find_points(&mut self, frame: &Frame<'_>, bounce: u32) -> usize {
-        let Self { round, next_round, hits, points, colors, last, .. } = self;
+        let Self { round, next_round, hits, points, shadows, colors, last, .. } = self;
+        let lights = frame.scene.lights().len();
         let mut found = 0;
+        shadows.clear();
         for start in (0..round.len()).step_by(LANES) {
             let mirrors = (bounce < frame.settings.max_bounces).then_some(&mut *next_round);
             let to = (&mut *colors, &mut points[found]);
-            found += usize::from(shade(frame, (round, hits, start), last, mirrors, to));
+            if shade(frame, (round, hits, start), last, mirrors, to) && lights > 0 {
+                shadows.push(frame, 0, &points[found]);
+                found += usize::from(lights > 1);
+            }
         }
         found
     }
