@@ -34,6 +34,25 @@ impl EightBits {
             }
         }
     }
+
+    /// Writes the codes of as many pixels, which come part by part, each pixel's in one number.
+    pub(super) fn pack(&self, values: [&[f32]; 3], codes: &mut [u32]) {
+        if self.aov == Aov::Color {
+            return self.srgb.pack(values, codes);
+        }
+        let [r, g, b] = values;
+        for (code, ((&r, &g), &b)) in codes.iter_mut().zip(r.iter().zip(g).zip(b)) {
+            let mut pixel = [[0; 3]];
+            self.write(&[[r, g, b]], &mut pixel);
+            *code = packed(pixel[0]);
+        }
+    }
+}
+
+/// The codes of a pixel, the first in the lowest bits.
+#[inline(always)]
+fn packed([r, g, b]: [u8; 3]) -> u32 {
+    u32::from_le_bytes([r, g, b, 0])
 }
 
 /// Writes what `of` gives for each value.
@@ -89,6 +108,14 @@ impl SrgbCodes {
     fn write(&self, values: &[f32], bytes: &mut [u8]) {
         for (byte, &value) in bytes.iter_mut().zip(values) {
             *byte = self.of(value);
+        }
+    }
+
+    /// The same part by part.
+    #[inline(never)]
+    fn pack(&self, [r, g, b]: [&[f32]; 3], codes: &mut [u32]) {
+        for (code, ((&r, &g), &b)) in codes.iter_mut().zip(r.iter().zip(g).zip(b)) {
+            *code = packed([self.of(r), self.of(g), self.of(b)]);
         }
     }
 

@@ -26,14 +26,33 @@ impl<'b> Colors<'b> {
         self.0.iter_mut().for_each(|part| part[..len].fill(0.0));
     }
 
-    /// The first `len`.
-    pub(super) fn iter(&self, len: usize) -> impl Iterator<Item = Vec3> {
-        let [r, g, b] = self.0.each_ref().map(|part| &part[..len]);
-        r.iter().zip(g).zip(b).map(|((&r, &g), &b)| Vec3::new(r, g, b))
+    /// The first `len`, part by part.
+    pub(super) fn parts(&self, len: usize) -> [&[f32]; 3] {
+        self.0.each_ref().map(|part| &part[..len])
     }
 
+    /// Adds a value to the black of a path: -0 becomes 0.
     pub(super) fn set(&mut self, path: usize, color: Vec3) {
-        self.0.iter_mut().zip(color.to_array()).for_each(|(part, value)| part[path] = value);
+        self.0.iter_mut().zip(color.to_array()).for_each(|(part, value)| part[path] = 0.0 + value);
+    }
+
+    /// Adds the first `len` of `other`, so many of each that is `count` in a row, to the colours from the one that
+    /// number `first` of them all belongs to.
+    pub(super) fn add_each(&mut self, other: &Self, (first, len): (usize, usize), count: usize) {
+        for (sums, values) in self.0.iter_mut().zip(other.parts(len)) {
+            let (mut to, mut left) = (first / count, count - first % count);
+            let mut rest = values;
+            while !rest.is_empty() {
+                let (own, others) = rest.split_at(left.min(rest.len()));
+                sums[to] = own.iter().fold(sums[to], |sum, value| sum + value);
+                (rest, to, left) = (others, to + 1, count);
+            }
+        }
+    }
+
+    /// Divides the first `len`.
+    pub(super) fn divide(&mut self, len: usize, by: f32) {
+        self.0.iter_mut().for_each(|part| part[..len].iter_mut().for_each(|value| *value /= by));
     }
 
     /// Adds the colours of the lanes in `mask` to those of their paths, which are different ones in rising
@@ -68,6 +87,10 @@ mod tests {
     fn paths_in_a_row_and_others_get_the_same() {
         let arena = Bump::new();
         let mut colors = Colors::with_capacity_in(48, &arena);
+        let whole = |colors: &Colors<'_>| -> [Vec3; 48] {
+            let [r, g, b] = colors.parts(48);
+            std::array::from_fn(|path| Vec3::new(r[path], g[path], b[path]))
+        };
         let mut expected = [Vec3::ZERO; 48];
         let row = |first: u32| -> [u32; LANES] { each(|lane| first + lane as u32) };
         let (mut gaps, mut with_rest) = (row(3), row(5));
@@ -86,9 +109,32 @@ mod tests {
                 expected[path[lane] as usize] += Vec3::new(r, g, b);
             }
         }
-        assert!(colors.iter(48).eq(expected));
+        assert_eq!(whole(&colors), expected);
         colors.clear(20);
         expected[..20].fill(Vec3::ZERO);
-        assert!(colors.iter(48).eq(expected));
+        assert_eq!(whole(&colors), expected);
+    }
+
+    #[test]
+    fn samples_are_added_to_their_pixels() {
+        let arena = Bump::new();
+        let (count, samples) = (3, 29);
+        let value = |sample: usize, axis: usize| 1.0 / (sample * 3 + axis + 1) as f32;
+        let mut sums = Colors::with_capacity_in(16, &arena);
+        for (first, len) in [(0, 16), (16, 1), (17, 4), (21, samples - 21)] {
+            let mut part = Colors::with_capacity_in(16, &arena);
+            for path in 0..len {
+                part.set(path, Vec3::from_array(each(|axis| value(first + path, axis))));
+            }
+            sums.add_each(&part, (first, len), count);
+        }
+        sums.divide(9, 3.0);
+        for (axis, part) in sums.parts(10).into_iter().enumerate() {
+            for (pixel, &found) in part.iter().enumerate() {
+                let all = (pixel * count)..(pixel * count + count).min(samples);
+                let sum = all.fold(0.0, |sum, sample| sum + value(sample, axis));
+                assert_eq!(found, if pixel < 9 { sum / 3.0 } else { sum });
+            }
+        }
     }
 }

@@ -10,33 +10,49 @@ use crate::render::codes::EightBits;
 
 /// Makes pixels of the three values that a picture has at each.
 pub(super) trait Film: Sync {
-    type Pixel: Copy + Send + Zeroable;
+    /// A pixel of a tile, which is not yet in its place.
+    type Latent: Copy;
+    /// A pixel of the picture.
+    type Pixel: Send + Zeroable;
 
-    /// The pixels of these values. `memory` is for them.
-    fn pixels<'a>(
-        &self,
-        values: &'a [[f32; 3]],
-        memory: &'a mut Vec<Self::Pixel>,
-    ) -> &'a [Self::Pixel];
+    /// Replaces what is in `tile` by the pixels of these values, which come part by part.
+    fn develop(&self, values: [&[f32]; 3], tile: &mut Vec<Self::Latent>);
+
+    /// The same pixel for the picture.
+    fn pixel(latent: Self::Latent) -> Self::Pixel;
 }
 
 /// Keeps the values.
 pub(super) struct Linear;
 
 impl Film for Linear {
+    type Latent = [f32; 3];
     type Pixel = [f32; 3];
 
-    fn pixels<'a>(&self, values: &'a [[f32; 3]], _: &'a mut Vec<[f32; 3]>) -> &'a [[f32; 3]] {
-        values
+    fn develop(&self, [r, g, b]: [&[f32]; 3], tile: &mut Vec<[f32; 3]>) {
+        tile.clear();
+        tile.extend(r.iter().zip(g).zip(b).map(|((&r, &g), &b)| [r, g, b]));
+    }
+
+    #[inline(always)]
+    fn pixel(latent: [f32; 3]) -> [f32; 3] {
+        latent
     }
 }
 
 impl Film for EightBits {
+    /// Whole registers of codes are made; three bytes in a row would be put together one by one.
+    type Latent = u32;
     type Pixel = [u8; 3];
 
-    fn pixels<'a>(&self, values: &'a [[f32; 3]], memory: &'a mut Vec<[u8; 3]>) -> &'a [[u8; 3]] {
-        memory.resize(values.len(), [0; 3]);
-        self.write(values, memory);
-        memory
+    fn develop(&self, values: [&[f32]; 3], tile: &mut Vec<u32>) {
+        tile.resize(values[0].len(), 0);
+        self.pack(values, tile);
+    }
+
+    #[inline(always)]
+    fn pixel(latent: u32) -> [u8; 3] {
+        let [r, g, b, _] = latent.to_le_bytes();
+        [r, g, b]
     }
 }

@@ -199,21 +199,21 @@ impl<'a> Renderer<'a> {
         let work = || {
             let arena = Bump::new();
             let mut tile = TileRenderer::new_in(frame, tiling, &arena);
-            let mut memory = Vec::new();
+            let mut pixels = Vec::new();
             loop {
                 let index = next_tile.fetch_add(1, Ordering::Relaxed);
                 if index >= tiles {
                     break;
                 }
                 let mut stats = RenderStats::default();
-                if tile.render(frame, index, &mut stats).is_err() {
+                let Ok(values) = tile.render(frame, index, &mut stats) else {
                     break;
-                }
+                };
                 let mut lap = Lap::start();
-                let pixels = film.pixels(tile.values(), &mut memory);
+                film.develop(values, &mut pixels);
                 let row = index / across;
                 let mut band = bands[row as usize].lock().unwrap_or_else(PoisonError::into_inner);
-                tile.write(index, pixels, &mut band);
+                tile.write::<F>(index, &pixels, &mut band);
                 drop(band);
                 stats.phases.film += lap.seconds();
 

@@ -5,9 +5,10 @@
 //! a block of 16 x 16, whatever the samples a pixel: bundles as narrow as they can be.
 
 use bumpalo::Bump;
-use glam::Vec3;
 
 use crate::render::camera::{Paths, Place};
+use crate::render::colors::Colors;
+use crate::render::film::Film;
 use crate::render::frame::{Cancelled, Crop, Frame};
 use crate::render::stats::{Lap, RenderStats};
 use crate::render::wave::{WAVE_RAYS, Wave};
@@ -23,7 +24,7 @@ const SMALLER_SIDE: u32 = 32;
 const TILES_A_WORKER: u32 = 16;
 
 /// The pixels of a whole tile, column and row, along Morton's curve. It starts with those of smaller tiles.
-const CURVE: [[u8; 2]; (LARGEST_SIDE * LARGEST_SIDE) as usize] = curve();
+pub(super) const CURVE: [[u8; 2]; (LARGEST_SIDE * LARGEST_SIDE) as usize] = curve();
 
 /// Where on the curve the pixels of a tile's first row are; those of its first column are at the doubles.
 const ALONG: [u16; LARGEST_SIDE as usize] = along();
@@ -32,8 +33,8 @@ const ALONG: [u16; LARGEST_SIDE as usize] = along();
 pub(super) struct TileRenderer<'b> {
     /// The pixels of the tile, in no order that matters.
     places: Vec<Place>,
-    /// The colours of those pixels, or whatever the picture has.
-    colors: Vec<[f32; 3]>,
+    /// The means of several samples of those pixels.
+    means: Colors<'b>,
     wave: Wave<'b>,
     tiling: Tiling,
 }
@@ -73,17 +74,19 @@ impl<'b> TileRenderer<'b> {
     pub(super) fn new_in(frame: &Frame<'_>, tiling: Tiling, arena: &'b Bump) -> Self {
         let rays = (tiling.side * tiling.side) as usize * frame.settings.spp as usize;
         let wave = Wave::with_capacity_in(frame, rays.min(WAVE_RAYS), arena);
-        Self { places: Vec::new(), colors: Vec::new(), wave, tiling }
+        let means = if frame.settings.spp == 1 { 0 } else { (tiling.side * tiling.side) as usize };
+        let means = Colors::with_capacity_in(means, arena);
+        Self { places: Vec::new(), means, wave, tiling }
     }
 
-    /// Renders tile `index`.
+    /// Renders tile `index`. Returns the values of its pixels, part by part, in the order of its places.
     pub(super) fn render(
         &mut self,
         frame: &Frame<'_>,
         index: u32,
         stats: &mut RenderStats,
-    ) -> Result<(), Cancelled> {
-        let Self { places, colors, wave, tiling } = self;
+    ) -> Result<[&[f32]; 3], Cancelled> {
+        let Self { places, means, wave, tiling } = self;
         let mut lap = Lap::start();
         let area = tiling.tile(index);
         let count = (area.width() * area.height()) as usize;
@@ -96,63 +99,45 @@ impl<'b> TileRenderer<'b> {
             places.extend(curve.filter(|&[x, y]| x < area.x1 && y < area.y1));
         }
         let (spp, seed) = (frame.settings.spp, frame.settings.seed);
-        colors.clear();
-        if spp > 1 {
-            colors.resize(count, [0.0; 3]);
-        }
         let rays = count * spp as usize;
         stats.phases.camera += lap.seconds();
-        let (mut pixel, mut sample) = (0, 0);
-        for first in (0..rays).step_by(WAVE_RAYS) {
+        let paths = |first: usize| {
             let last = rays.min(first + WAVE_RAYS);
-            let paths = Paths { places, corner: [area.x0, area.y0], spp, seed, first, last };
+            Paths { places, corner: [area.x0, area.y0], spp, seed, first, last }
+        };
+        if spp == 1 {
+            // A tile has no more pixels than a wave has rays.
+            return Ok(wave.trace(frame, &paths(0), stats)?.parts(count));
+        }
+        means.clear(count);
+        for first in (0..rays).step_by(WAVE_RAYS) {
+            let paths = paths(first);
             let found = wave.trace(frame, &paths, stats)?;
             lap.seconds();
-            if spp == 1 {
-                // Added to zero, as sums are: -0 becomes 0.
-                colors
-                    .extend(found.iter(last - first).map(|color| (Vec3::ZERO + color).to_array()));
-            } else {
-                for color in found.iter(last - first) {
-                    let sum = &mut colors[pixel];
-                    *sum = (Vec3::from(*sum) + color).to_array();
-                    sample += 1;
-                    if sample == spp {
-                        (pixel, sample) = (pixel + 1, 0);
-                    }
-                }
-            }
+            means.add_each(found, (first, paths.len()), spp as usize);
             stats.phases.film += lap.seconds();
         }
-        if spp > 1 {
-            colors.as_flattened_mut().iter_mut().for_each(|value| *value /= spp as f32);
-        }
+        means.divide(count, spp as f32);
         stats.phases.film += lap.seconds();
-        Ok(())
+        Ok(means.parts(count))
     }
 
-    /// What was rendered last, for [`TileRenderer::write`].
-    pub(super) fn values(&self) -> &[[f32; 3]] {
-        &self.colors
-    }
-
-    /// Writes the pixels of tile `index`, which was rendered last, to its rows of the picture. `pixels` are
-    /// what became of [`TileRenderer::values`].
-    pub(super) fn write<P: Copy>(&self, index: u32, pixels: &[P], rows: &mut [P]) {
+    /// Writes the pixels of tile `index`, which was rendered last, to its rows of the picture.
+    pub(super) fn write<F: Film>(&self, index: u32, pixels: &[F::Latent], rows: &mut [F::Pixel]) {
         let (area, tile, side) = (&self.tiling.area, self.tiling.tile(index), self.tiling.side);
         let (width, left) = (area.width() as usize, (tile.x0 - area.x0) as usize);
         if pixels.len() == (side * side) as usize {
             for (row, down) in rows.chunks_exact_mut(width).zip(ALONG) {
                 let row = &mut row[left..left + side as usize];
                 for (pixel, across) in row.iter_mut().zip(ALONG) {
-                    *pixel = pixels[usize::from(across + 2 * down)];
+                    *pixel = F::pixel(pixels[usize::from(across + 2 * down)]);
                 }
             }
             return;
         }
         for (&[x, y], &pixel) in self.places.iter().zip(pixels) {
             let (x, y) = (x - area.x0, y - tile.y0);
-            rows[y as usize * width + x as usize] = pixel;
+            rows[y as usize * width + x as usize] = F::pixel(pixel);
         }
     }
 }
