@@ -4,6 +4,7 @@
 
 use bumpalo::Bump;
 use bytemuck::{Pod, Zeroable};
+use glam::Vec3;
 
 use crate::hit::{Hit, Hits, NO_HIT};
 use crate::pages::Line;
@@ -58,6 +59,30 @@ impl<'b> ArenaRays<'b> {
             t_max: array(capacity, f32::INFINITY, arena),
             path: array(capacity, 0, arena),
             weight: array(capacity, 0.0, arena),
+        }
+    }
+
+    /// `capacity` rays with one origin, each of a path of its own in their order, all of weight 1. Their
+    /// directions are to be set.
+    pub(super) fn from_eye(eye: Vec3, capacity: usize, arena: &'b Bump) -> Self {
+        let rays = Self::with_capacity_in(capacity, arena);
+        for axis in 0..3 {
+            rays.parts[axis].fill(eye[axis]);
+        }
+        rays.path.iter_mut().zip(0..).for_each(|(path, number)| *path = number);
+        rays.weight.fill(1.0);
+        rays
+    }
+
+    pub(super) fn set_len(&mut self, len: usize) {
+        self.len = len;
+    }
+
+    /// Sets the directions of sixteen rays.
+    #[inline(always)]
+    pub(super) fn set_dirs(&mut self, start: usize, dirs: &Vectors) {
+        for (part, dir) in self.parts[3..].iter_mut().zip(dirs) {
+            dir.store(&mut part[start..]);
         }
     }
 

@@ -4,8 +4,8 @@ use bumpalo::Bump;
 
 use crate::render::arena::{ArenaRays, array};
 use crate::render::frame::Frame;
-use crate::render::tile::LARGEST_SIDE;
-use crate::scene::{LANES, Vectors};
+use crate::render::tile::{CURVE, LARGEST_SIDE};
+use crate::scene::LANES;
 use crate::shading::sampling::{PixelSamples, SampleKey};
 use crate::simd::{F32x16, each};
 
@@ -50,12 +50,16 @@ impl Paths<'_> {
     }
 }
 
-/// The arrays that camera rays are made in.
+/// Where in the picture the centres of a tile's columns are, and of its rows.
+type Centers = [[f32; LARGEST_SIDE as usize]; 2];
+
+/// The camera rays of a wave, and the arrays that they are made in.
 pub(super) struct CameraRays<'b> {
+    /// All start at the eye, each has its path: only directions change.
+    rays: ArenaRays<'b>,
     x: &'b mut [u32],
     y: &'b mut [u32],
-    /// Where in the pixel, from 0 to 1; with one ray a pixel, which goes through its centre, where in the
-    /// picture.
+    /// Where in the pixel, from 0 to 1, if it has several samples.
     across: &'b mut [f32],
     down: &'b mut [f32],
 }
@@ -64,49 +68,49 @@ impl<'b> CameraRays<'b> {
     pub(super) fn with_capacity_in(frame: &Frame<'_>, capacity: usize, arena: &'b Bump) -> Self {
         let sampled = if frame.settings.spp == 1 { 0 } else { capacity };
         Self {
+            rays: ArenaRays::from_eye(frame.view.eye, capacity, arena),
             x: array(sampled, 0, arena),
             y: array(sampled, 0, arena),
-            across: array(capacity, 0.0, arena),
-            down: array(capacity, 0.0, arena),
+            across: array(sampled, 0.0, arena),
+            down: array(sampled, 0.0, arena),
         }
     }
 
-    /// Appends the rays of `paths` to `rays`.
-    pub(super) fn push(&mut self, frame: &Frame<'_>, paths: &Paths<'_>, rays: &mut ArenaRays<'_>) {
-        let [width, height] = [frame.settings.width, frame.settings.height];
+    /// Makes the rays of `paths`.
+    pub(super) fn make(&mut self, frame: &Frame<'_>, paths: &Paths<'_>) {
+        self.rays.set_len(paths.len());
         if paths.spp == 1 {
-            self.place_centers(paths, [width, height]);
+            self.through_centers(frame, paths);
         } else {
-            self.place_samples(paths);
-        }
-        let eye: Vectors = each(|axis| F32x16::splat(frame.view.eye[axis]));
-        let one = F32x16::splat(1.0);
-        let mut path = [0; LANES];
-        for start in (0..paths.len()).step_by(LANES) {
-            let lanes = (1_u32 << (paths.len() - start).min(LANES)) - 1;
-            for (lane, path) in path.iter_mut().enumerate() {
-                *path = (start + lane) as u32;
-            }
-            let at = [sixteen(self.across, start), sixteen(self.down, start)];
-            let [across, down] = if paths.spp == 1 {
-                at
-            } else {
-                let [x, y] = [sixteen(self.x, start), sixteen(self.y, start)];
-                [shares(x, at[0], width), shares(y, at[1], height)]
-            };
-            let dir = frame.view.dirs(F32x16::new(across), F32x16::new(down));
-            rays.push((&eye, &dir), (&path, one), lanes);
+            self.through_samples(frame, paths);
         }
     }
 
-    /// Writes where in the picture each ray goes through, if it goes through the centre of its pixel.
-    fn place_centers(&mut self, paths: &Paths<'_>, pixels: [u32; 2]) {
+    /// The rays that were made last.
+    pub(super) fn rays(&self) -> &ArenaRays<'b> {
+        &self.rays
+    }
+
+    fn through_centers(&mut self, frame: &Frame<'_>, paths: &Paths<'_>) {
+        let pixels = [frame.settings.width, frame.settings.height];
         // A tile has few columns and rows.
-        let along: [[f32; LARGEST_SIDE as usize]; 2] =
+        let centers: Centers =
             each(|axis| each(|step| share(paths.corner[axis] + step as u32, 0.5, pixels[axis])));
-        for (ray, place) in paths.places[paths.first..paths.last].iter().enumerate() {
-            let [x, y] = each(|axis| (place[axis] - paths.corner[axis]) % LARGEST_SIDE);
-            (self.across[ray], self.down[ray]) = (along[0][x as usize], along[1][y as usize]);
+        let places = paths.places[paths.first..paths.last].chunks(LANES);
+        for (start, places) in (0..).step_by(LANES).zip(places) {
+            let [across, down] = sixteen_centers(&centers, places, paths.corner);
+            self.rays.set_dirs(start, &frame.view.dirs(F32x16::new(across), F32x16::new(down)));
+        }
+    }
+
+    fn through_samples(&mut self, frame: &Frame<'_>, paths: &Paths<'_>) {
+        let [width, height] = [frame.settings.width, frame.settings.height];
+        self.place_samples(paths);
+        for start in (0..paths.len()).step_by(LANES) {
+            let [x, y] = [sixteen(self.x, start), sixteen(self.y, start)];
+            let across = shares(x, sixteen(self.across, start), width);
+            let down = shares(y, sixteen(self.down, start), height);
+            self.rays.set_dirs(start, &frame.view.dirs(F32x16::new(across), F32x16::new(down)));
         }
     }
 
@@ -124,6 +128,34 @@ impl<'b> CameraRays<'b> {
             ray = end;
         }
     }
+}
+
+/// Where in the picture the centres of up to sixteen pixels are.
+#[inline(always)]
+fn sixteen_centers(centers: &Centers, places: &[Place], corner: Place) -> [[f32; LANES]; 2] {
+    let within = |place: Place| -> [usize; 2] {
+        each(|axis| ((place[axis] - corner[axis]) % LARGEST_SIDE) as usize)
+    };
+    let [left, top] = within(places[0]);
+    if (left | top) % 4 == 0 && places.len() == LANES && within(places[15]) == [left + 3, top + 3] {
+        // No pixel of this block of the curve is left out, so they stand in its order.
+        let [columns, rows] = [four(&centers[0], left), four(&centers[1], top)];
+        return [
+            each(|lane| columns[usize::from(CURVE[lane][0])]),
+            each(|lane| rows[usize::from(CURVE[lane][1])]),
+        ];
+    }
+    let mut at = [[0.0; LANES]; 2];
+    for (lane, &place) in places.iter().enumerate() {
+        let [x, y] = within(place);
+        (at[0][lane], at[1][lane]) = (centers[0][x], centers[1][y]);
+    }
+    at
+}
+
+#[inline(always)]
+fn four(array: &[f32], start: usize) -> [f32; 4] {
+    array[start..start + 4].try_into().expect("four of a tile's columns or rows")
 }
 
 fn sixteen<T: Copy>(array: &[T], start: usize) -> [T; LANES] {

@@ -24,6 +24,7 @@ pub(super) const WAVE_RAYS: usize = 4096;
 /// The arrays of a wave, used again by each wave of a worker.
 pub(super) struct Wave<'b> {
     camera: CameraRays<'b>,
+    /// The rays of mirrors.
     round: ArenaRays<'b>,
     next_round: ArenaRays<'b>,
     hits: ArenaHits<'b>,
@@ -41,7 +42,7 @@ impl<'b> Wave<'b> {
         let mirrored = if has_mirrors { capacity } else { 0 };
         Self {
             camera: CameraRays::with_capacity_in(frame, capacity, arena),
-            round: ArenaRays::with_capacity_in(capacity, arena),
+            round: ArenaRays::with_capacity_in(mirrored, arena),
             next_round: ArenaRays::with_capacity_in(mirrored, arena),
             hits: ArenaHits::with_capacity_in(capacity, arena),
             points: arena.alloc_slice_fill_copy(kept, ShadingPoints::none()),
@@ -59,18 +60,18 @@ impl<'b> Wave<'b> {
         stats: &mut RenderStats,
     ) -> Result<&Colors<'b>, Cancelled> {
         let mut lap = Lap::start();
-        self.round.clear();
-        self.camera.push(frame, paths, &mut self.round);
+        self.camera.make(frame, paths);
         self.colors.clear(paths.len());
         stats.phases.camera += lap.seconds();
         let mut bounce = 0;
         loop {
             frame.check_cancelled()?;
-            let rays = self.round.len();
+            let round = if bounce == 0 { self.camera.rays() } else { &self.round };
+            let rays = round.len();
             *(if bounce == 0 { &mut stats.primary_rays } else { &mut stats.mirror_rays }) +=
                 rays as u64;
             lap.seconds();
-            let met = frame.scene.intersect_batch(self.round.as_rays(), self.hits.as_hits(rays));
+            let met = frame.scene.intersect_batch(round.as_rays(), self.hits.as_hits(rays));
             debug_assert!(met.is_ok(), "there are as many hits as rays");
             stats.phases.intersect += lap.seconds();
 
@@ -101,7 +102,7 @@ impl<'b> Wave<'b> {
     }
 
     fn settle_unlit(&mut self, frame: &Frame<'_>) {
-        let rays = self.round.as_rays();
+        let rays = self.camera.rays().as_rays();
         for index in 0..rays.len() {
             let (ray, hit) = (rays.get(index), self.hits.get(index));
             let surface = hit.is_hit().then(|| frame.scene.surface(&ray, &hit));
@@ -112,7 +113,8 @@ impl<'b> Wave<'b> {
     /// Has the points look at the first light while they are at hand. Fills `points` if there are more
     /// lights; how many of them there are.
     fn find_points(&mut self, frame: &Frame<'_>, bounce: u32) -> usize {
-        let Self { round, next_round, hits, points, shadows, colors, last, .. } = self;
+        let Self { camera, round, next_round, hits, points, shadows, colors, last } = self;
+        let round = if bounce == 0 { camera.rays() } else { &*round };
         let lights = frame.scene.lights().len();
         let mut found = 0;
         shadows.clear();
