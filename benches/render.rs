@@ -24,7 +24,7 @@ use octray::workload::{Model, scenes};
 use octray::{Camera, Light, Loaded, Scene, Settings};
 
 /// How often each picture of the table is made; the medians count.
-const TURNS: usize = 5;
+const TURNS: usize = 11;
 
 /// A picture's parts may differ from those of the scalar reference by so much: sums have another
 /// order.

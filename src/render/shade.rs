@@ -6,8 +6,8 @@ use crate::hit::NO_HIT;
 use crate::render::arena::{ArenaHits, ArenaRays};
 use crate::render::colors::Colors;
 use crate::render::frame::Frame;
-use crate::scene::{HitLanes, LANES, SharedPrimitive, SurfaceLanes, Vectors, dot, normalized_or};
-use crate::shading::phong_lanes::{mirrored, of_materials};
+use crate::scene::{HitLanes, LANES, SharedPrimitive, SurfaceLanes, Vectors, dot};
+use crate::shading::phong_lanes::{mirrored, of_materials, to_viewer};
 use crate::simd::{F32x16, LaneMask, Lanes, each};
 
 /// Sixteen places where light is looked up.
@@ -27,8 +27,8 @@ pub(super) struct ShadingPoints {
     /// The unit normals on the viewer's side.
     pub(super) normal: Vectors,
     pub(super) geometric_normal: Vectors,
-    /// The unit direction back along the ray.
-    pub(super) to_viewer: Vectors,
+    /// The direction of the ray that met it.
+    pub(super) dir: Vectors,
 }
 
 impl ShadingPoints {
@@ -44,7 +44,7 @@ impl ShadingPoints {
             origin: [zero; 3],
             normal: [zero; 3],
             geometric_normal: [zero; 3],
-            to_viewer: [zero; 3],
+            dir: [zero; 3],
         }
     }
 }
@@ -101,13 +101,11 @@ pub(super) fn shade(
     colors.add(path, asked, &color);
 
     let zero = F32x16::splat(0.0);
-    let toward = normalized_or(&dir, &[zero; 3]);
-    let to_viewer = each(|axis| -toward[axis]);
     let origin = surface.offset_origin();
     if let Some(mirrors) = mirrors {
         let reflects = Lanes::gt(mirror, zero).bits() & mask;
         if reflects != 0 {
-            let dir = mirror_dirs(&surface, &to_viewer);
+            let dir = mirror_dirs(&surface, &to_viewer(&dir));
             mirrors.push((&origin, &dir), (path, weight * mirror), reflects);
         }
     }
@@ -123,7 +121,7 @@ pub(super) fn shade(
     points.origin = origin;
     points.normal = surface.shading_normal;
     points.geometric_normal = surface.geometric_normal;
-    points.to_viewer = to_viewer;
+    points.dir = dir;
     true
 }
 

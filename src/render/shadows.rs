@@ -137,8 +137,8 @@ impl<'b> ShadowBatch<'b> {
         let to_light = each(|axis| F32x16::splat(center[axis]) - points.position[axis]);
         let to_light = normalized_or(&to_light, &[zero; 3]);
         let materials = (frame.scene.materials(), &points.material);
-        let (normal, to_viewer) = (&points.normal, &points.to_viewer);
-        let color = phong_lanes::reflected(light, materials, normal, &to_light, to_viewer);
+        let (normal, dir) = (&points.normal, &points.dir);
+        let color = phong_lanes::reflected(light, materials, normal, &to_light, dir);
         // Colours are not negative.
         let any = Lanes::gt(color[0] + color[1] + color[2], zero);
         let mask = any.bits() & points.mask;

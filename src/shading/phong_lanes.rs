@@ -5,7 +5,7 @@
 
 use glam::Vec3;
 
-use crate::scene::{Light, Material, Vectors, dot};
+use crate::scene::{Light, Material, Vectors, dot, normalized_or};
 use crate::simd::{F32x16, LaneMask, Lanes, each};
 
 const LANES: usize = F32x16::LANES;
@@ -35,14 +35,22 @@ pub(crate) fn of_materials<const VALUES: usize>(
     each(|place| F32x16::new(lanes[place]))
 }
 
-/// [`super::phong::reflected`] for points with these materials.
+/// The unit directions back along rays; zero for those that have no length.
+#[inline(always)]
+pub(crate) fn to_viewer(dir: &Vectors) -> Vectors {
+    let toward = normalized_or(dir, &[F32x16::splat(0.0); 3]);
+    each(|axis| -toward[axis])
+}
+
+/// [`super::phong::reflected`] for points with these materials, which rays along `dir` met. How long
+/// directions are is asked only where something shines.
 #[inline(always)]
 pub(crate) fn reflected(
     light: &Light,
     (materials, numbers): (&[Material], &[u32; LANES]),
     normal: &Vectors,
     to_light: &Vectors,
-    to_viewer: &Vectors,
+    dir: &Vectors,
 ) -> Vectors {
     let zero = F32x16::splat(0.0);
     let cosine = dot(to_light, normal);
@@ -60,7 +68,7 @@ pub(crate) fn reflected(
     let specular = [sr, sg, sb];
     let shines = Lanes::gt(sr, zero) | Lanes::gt(sg, zero) | Lanes::gt(sb, zero);
     if (shines & lit).any() {
-        let toward = Lanes::max(dot(&mirrored(to_light, normal), to_viewer), zero);
+        let toward = Lanes::max(dot(&mirrored(to_light, normal), &to_viewer(dir)), zero);
         let highlight = powers(toward, shininess);
         sum = each(|axis| sum[axis] + part(light.specular, axis) * specular[axis] * highlight);
     }
@@ -157,7 +165,8 @@ mod tests {
             let numbers: [u32; LANES] =
                 std::array::from_fn(|lane| if round % 2 == 0 { 2 } else { lane as u32 % 3 });
             let [normal, to_light, to_viewer] = [vectors(0), vectors(1), vectors(2)];
-            let found = reflected(&light, (&materials, &numbers), &normal, &to_light, &to_viewer);
+            let dir = each(|axis| to_viewer[axis] * F32x16::splat(-3.0));
+            let found = reflected(&light, (&materials, &numbers), &normal, &to_light, &dir);
             for lane in 0..LANES {
                 let material = &materials[numbers[lane] as usize];
                 let [normal, to_light, to_viewer] = [dir(0, lane), dir(1, lane), dir(2, lane)];
