@@ -117,11 +117,14 @@ pub(super) fn shade(
     points.path = *path;
     points.material = surface.material;
     points.weight = own;
-    points.position = surface.position;
-    points.origin = origin;
-    points.normal = surface.shading_normal;
-    points.geometric_normal = surface.geometric_normal;
-    points.dir = dir;
+    // Register by register: arrays are copied by halves of them, and who loads a whole one then waits.
+    for axis in 0..3 {
+        points.position[axis] = surface.position[axis];
+        points.origin[axis] = origin[axis];
+        points.normal[axis] = surface.shading_normal[axis];
+        points.geometric_normal[axis] = surface.geometric_normal[axis];
+        points.dir[axis] = dir[axis];
+    }
     true
 }
 

@@ -41,17 +41,25 @@ impl SurfaceLanes {
     pub(crate) fn offset_origin(&self) -> Vectors {
         let normal = &self.geometric_normal;
         let distance = dot(&each(|axis| normal[axis].abs()), &self.error);
-        each(|axis| {
-            let offset = normal[axis] * distance;
-            let moved = (self.position[axis] + offset).to_array();
-            let offset = offset.to_array();
-            let mut away = [0.0; LANES];
-            for lane in 0..LANES {
-                away[lane] = next_towards(moved[lane], offset[lane]);
-            }
-            F32x16::new(away)
-        })
+        // Written out: a loop over the axes, with one over the lanes in it, would leave all three in memory.
+        let [x, y, z] = &self.position;
+        [
+            moved(*x, normal[0] * distance),
+            moved(*y, normal[1] * distance),
+            moved(*z, normal[2] * distance),
+        ]
     }
+}
+
+/// The floats beyond `position + offset`.
+#[inline(always)]
+fn moved(position: F32x16, offset: F32x16) -> F32x16 {
+    let (moved, offset) = ((position + offset).to_array(), offset.to_array());
+    let mut away = [0.0; LANES];
+    for lane in 0..LANES {
+        away[lane] = next_towards(moved[lane], offset[lane]);
+    }
+    F32x16::new(away)
 }
 
 impl Scene {
