@@ -165,8 +165,8 @@ mod tests {
             let numbers: [u32; LANES] =
                 std::array::from_fn(|lane| if round % 2 == 0 { 2 } else { lane as u32 % 3 });
             let [normal, to_light, to_viewer] = [vectors(0), vectors(1), vectors(2)];
-            let dir = each(|axis| to_viewer[axis] * F32x16::splat(-3.0));
-            let found = reflected(&light, (&materials, &numbers), &normal, &to_light, &dir);
+            let ray = each(|axis| to_viewer[axis] * F32x16::splat(-3.0));
+            let found = reflected(&light, (&materials, &numbers), &normal, &to_light, &ray);
             for lane in 0..LANES {
                 let material = &materials[numbers[lane] as usize];
                 let [normal, to_light, to_viewer] = [dir(0, lane), dir(1, lane), dir(2, lane)];
