@@ -7,6 +7,7 @@
 use bytemuck::Zeroable;
 
 use crate::render::codes::EightBits;
+use crate::simd::each;
 
 /// Makes pixels of the three values that a picture has at each.
 pub(super) trait Film: Sync {
@@ -20,6 +21,9 @@ pub(super) trait Film: Sync {
 
     /// The same pixel for the picture.
     fn pixel(latent: Self::Latent) -> Self::Pixel;
+
+    /// The same for four pixels in a row.
+    fn four(latent: [Self::Latent; 4]) -> [Self::Pixel; 4];
 }
 
 /// Keeps the values.
@@ -38,6 +42,11 @@ impl Film for Linear {
     fn pixel(latent: [f32; 3]) -> [f32; 3] {
         latent
     }
+
+    #[inline(always)]
+    fn four(latent: [[f32; 3]; 4]) -> [[f32; 3]; 4] {
+        latent
+    }
 }
 
 impl Film for EightBits {
@@ -54,5 +63,14 @@ impl Film for EightBits {
     fn pixel(latent: u32) -> [u8; 3] {
         let [r, g, b, _] = latent.to_le_bytes();
         [r, g, b]
+    }
+
+    #[inline(always)]
+    fn four(latent: [u32; 4]) -> [[u8; 3]; 4] {
+        // Two stores, not eight.
+        let [a, b, c, d] = each(|pixel| u128::from(latent[pixel]));
+        let bytes = (a | b << 24 | c << 48 | d << 72).to_le_bytes();
+        let twelve: [u8; 12] = *bytes.first_chunk().expect("twelve of sixteen bytes");
+        bytemuck::cast(twelve)
     }
 }

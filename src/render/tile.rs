@@ -128,9 +128,12 @@ impl<'b> TileRenderer<'b> {
         let (width, left) = (area.width() as usize, (tile.x0 - area.x0) as usize);
         if pixels.len() == (side * side) as usize {
             for (row, down) in rows.chunks_exact_mut(width).zip(ALONG) {
-                let row = &mut row[left..left + side as usize];
-                for (pixel, across) in row.iter_mut().zip(ALONG) {
-                    *pixel = F::pixel(pixels[usize::from(across + 2 * down)]);
+                let (row, _) = row[left..left + side as usize].as_chunks_mut();
+                for (four, across) in row.iter_mut().zip(ALONG.into_iter().step_by(4)) {
+                    // Four in a row are of one block of 4 x 4, pairs of the curve.
+                    let first = usize::from(across + 2 * down);
+                    let [a, b, _, _, c, d] = *pixels[first..].first_chunk().expect("a whole block");
+                    *four = F::four([a, b, c, d]);
                 }
             }
             return;
