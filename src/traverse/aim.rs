@@ -14,7 +14,7 @@ use super::tile::GROUPS;
 use super::{ones, pace};
 use crate::bvh::Bvh;
 use crate::kernels::{BeamAxes, beam_margin};
-use crate::simd::{LaneMask, Lanes};
+use crate::simd::{LaneMask, Lanes, each};
 
 /// Rays whose direction has a smaller part along the tile's main axis, with the largest part from 1
 /// to 2, have no aim: their slopes would grow beyond what the margins cover.
@@ -124,8 +124,8 @@ fn slopes<F: Lanes>(groups: &[Group<F>; GROUPS], live: u32, axes: BeamAxes) -> (
         }
         let slopes = group.slopes(axes);
         let [min, max] = F::reduce_bounds(
-            slopes.map(|slope| F::select(ray.valid, slope, inf)),
-            slopes.map(|slope| F::select(ray.valid, slope, neg)),
+            each(|across| F::select(ray.valid, slopes[across], inf)),
+            each(|across| F::select(ray.valid, slopes[across], neg)),
         );
         let spread = (max[0] - min[0]) + (max[1] - min[1]);
         aimed |= 1 << index;
@@ -150,8 +150,8 @@ fn farthest<F: Lanes>(groups: &[Group<F>; GROUPS], live: u32) -> f32 {
 fn shared_origin<F: Lanes>(groups: &[Group<F>; GROUPS], live: u32) -> Option<[f32; 3]> {
     let first = &groups[live.trailing_zeros() as usize].ray;
     let lane = first.valid.bits().trailing_zeros() as usize;
-    let origin = first.origin.map(|part| part.lane(lane));
-    let shared = origin.map(F::splat);
+    let origin = each(|axis| first.origin[axis].lane(lane));
+    let shared: [F; 3] = each(|axis| F::splat(origin[axis]));
     let elsewhere = ones(live).any(|index| {
         let ray = &groups[index].ray;
         let here =
@@ -170,7 +170,7 @@ fn main_axis<F: Lanes>(groups: &[Group<F>; GROUPS], live: u32) -> Option<BeamAxe
             *sum = *sum + F::select(ray.valid, part, F::splat(0.0));
         }
     }
-    let sum = sum.map(|lanes| (0..F::LANES).map(|lane| lanes.lane(lane)).sum::<f32>());
+    let sum: [f32; 3] = each(|axis| (0..F::LANES).map(|lane| sum[axis].lane(lane)).sum());
     let main = (0..3).max_by(|&a, &b| sum[a].abs().total_cmp(&sum[b].abs()))?;
     Some(BeamAxes { main, mirrored: sum[main] < 0.0 })
 }
@@ -179,17 +179,17 @@ fn main_axis<F: Lanes>(groups: &[Group<F>; GROUPS], live: u32) -> Option<BeamAxe
 /// meets the last one. Not finite if there is none.
 fn apexes<F: Lanes>(groups: &[Group<F>; GROUPS], live: u32, axes: BeamAxes) -> [[f32; 3]; 2] {
     let ray = |group: usize, lane: usize| {
-        let origin = axes.turn(groups[group].ray.origin).map(|part| part.lane(lane));
-        (origin, groups[group].slopes(axes).map(|slope| slope.lane(lane)))
+        let (origin, slopes) = (axes.turn(groups[group].ray.origin), groups[group].slopes(axes));
+        (each(|axis| origin[axis].lane(lane)), each(|across| slopes[across].lane(lane)))
     };
     let first = live.trailing_zeros() as usize;
     let last = live.ilog2() as usize;
     let lane = groups[first].ray.valid.bits().trailing_zeros() as usize;
-    let (one, slope) = ray(first, lane);
+    let (one, slope): ([f32; 3], [f32; 2]) = ray(first, lane);
     let (other, other_slope) = ray(last, groups[last].ray.valid.bits().ilog2() as usize);
-    let dir = axes.turn(groups[first].ray.dir).map(|part| part.lane(lane));
+    let dir = axes.turn(groups[first].ray.dir);
     let t_max = groups[first].ray.t_max.lane(lane);
-    let end: [f32; 3] = std::array::from_fn(|axis| one[axis] + dir[axis] * t_max);
+    let end: [f32; 3] = each(|axis| one[axis] + dir[axis].lane(lane) * t_max);
     // Where both have the same coordinate, on the axis on which they part faster.
     let part = [slope[0] - other_slope[0], slope[1] - other_slope[1]];
     let across = if part[0].abs() > part[1].abs() { 0 } else { 1 };

@@ -51,8 +51,8 @@ impl Beams {
         for index in ones(live) {
             let ray = &groups[index].ray;
             let origin = axes.turn(ray.origin);
-            let low = origin.map(|part| F::select(ray.valid, part, inf));
-            let high = origin.map(|part| F::select(ray.valid, part, neg));
+            let low: [F; 3] = each(|axis| F::select(ray.valid, origin[axis], inf));
+            let high: [F; 3] = each(|axis| F::select(ray.valid, origin[axis], neg));
             let [first, last] = F::reduce_bounds([low[0], low[1]], [high[0], high[1]]);
             let (start, end) = (low[2].reduce_min(), high[2].reduce_max());
             for (axis, first, last) in
@@ -64,12 +64,12 @@ impl Beams {
         }
         self.reach.take_starts(groups, live, axes, margin, &min[2]);
         let origin = Bounds {
-            min: min.map(|lanes| F32x16::load(&lanes)),
-            max: max.map(|lanes| F32x16::load(&lanes)),
+            min: each(|axis| F32x16::load(&min[axis])),
+            max: each(|axis| F32x16::load(&max[axis])),
         };
         let whole_origin = Bounds {
-            min: origin.min.map(|lanes| F32x8::splat(lanes.reduce_min())),
-            max: origin.max.map(|lanes| F32x8::splat(lanes.reduce_max())),
+            min: each(|axis| F32x8::splat(origin.min[axis].reduce_min())),
+            max: each(|axis| F32x8::splat(origin.max[axis].reduce_max())),
         };
         let ((slope_min, slope_max), (whole_min, whole_max)) = (slopes.lanes(), slopes.whole());
         self.groups = Beam { origin, slope_min, slope_max, start: self.reach.start };

@@ -7,7 +7,7 @@ use super::group::Group;
 use super::ones;
 use super::tile::GROUPS;
 use crate::kernels::{BeamAxes, ScaledRay};
-use crate::simd::{F32x8, F32x16, Lanes};
+use crate::simd::{F32x8, F32x16, Lanes, each};
 
 /// Culls boxes for the groups of a tile.
 pub(super) trait Cull {
@@ -54,8 +54,8 @@ impl Slopes {
     pub(super) fn whole(&self) -> ([F32x8; 2], [F32x8; 2]) {
         let (min, max) = self.lanes();
         (
-            min.map(|lanes| F32x8::splat(lanes.reduce_min())),
-            max.map(|lanes| F32x8::splat(lanes.reduce_max())),
+            each(|across| F32x8::splat(min[across].reduce_min())),
+            each(|across| F32x8::splat(max[across].reduce_max())),
         )
     }
 }
