@@ -58,7 +58,7 @@
 //! A module uses only those above it in this list; `ARCHITECTURE.md` says more, and a test holds
 //! the imports to it.
 //!
-//! [`error`], [`instruction_sets`], [`simd`], [`pages`], [`columns`], [`prefetch`], [`ray`], [`rows`], [`batch_rays`], [`hit`], [`points`], [`geometry`], [`kernels`], [`bvh`],
+//! [`error`], [`instruction_sets`], [`simd`], [`pages`], [`columns`], [`prefetch`], [`share_out`], [`ray`], [`rows`], [`batch_rays`], [`hit`], [`points`], [`geometry`], [`kernels`], [`bvh`],
 //! [`traverse`], [`scene`], [`shading`], [`render`], [`workload`].
 //!
 //! # Builds
@@ -88,6 +88,7 @@ pub mod render;
 pub mod rows;
 pub mod scene;
 pub mod shading;
+pub mod share_out;
 pub mod simd;
 pub mod traverse;
 pub mod workload;

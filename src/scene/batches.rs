@@ -3,13 +3,12 @@
 
 use std::sync::atomic::{AtomicBool, Ordering};
 
-use rayon::prelude::*;
-
 use crate::batch_rays::BatchRays;
 use crate::error::ShapeError;
 use crate::hit::Hits;
 use crate::pages::Pages;
 use crate::scene::Scene;
+use crate::share_out::share_out;
 use crate::traverse::batch;
 use crate::traverse::sorted::Sorted;
 
@@ -73,7 +72,7 @@ impl Scene {
         self.intersect_spans(rays.into(), hits, &Course::new(false, None))
     }
 
-    /// As [`Scene::intersect_batch`], on the rayon pool that it is called in.
+    /// As [`Scene::intersect_batch`], on the rayon pool that it is called in and on the calling thread.
     ///
     /// # Errors
     /// [`ShapeError`] if there are not as many hits as rays.
@@ -129,13 +128,14 @@ impl Scene {
 
     fn intersect_span(&self, rays: BatchRays<'_>, hits: Hits<'_>, course: &Course<'_>) {
         let chunk = course.chunk(rays.len());
+        let parallel = course.parallel && rays.len() > chunk;
         if let Some(sorted) = Sorted::new(&rays, &self.bvh, course.parallel) {
             let found = self.intersect_sorted(&sorted, course);
-            each_chunk(0, hits, chunk, course.parallel, &|start, mut hits| {
+            share_out(chunks(hits, chunk), parallel, |(start, mut hits)| {
                 self.give_hits(sorted.give(&found, start), &mut hits);
             });
         } else {
-            each_chunk(0, hits, chunk, course.parallel, &|start, mut hits| {
+            share_out(chunks(hits, chunk), parallel, |(start, mut hits)| {
                 if course.goes_on() {
                     let rays = rays.range(start, start + hits.len());
                     batch::intersect(&self.bvh, rays, &mut hits, |ids| self.name(ids));
@@ -179,7 +179,7 @@ impl Scene {
         self.occluded_spans(rays.into(), occluded, &Course::new(false, None))
     }
 
-    /// As [`Scene::occluded_batch`], on the rayon pool that it is called in.
+    /// As [`Scene::occluded_batch`], on the rayon pool that it is called in and on the calling thread.
     ///
     /// # Errors
     /// [`ShapeError`] if there are not as many results as rays.
@@ -224,16 +224,20 @@ impl Scene {
 
     fn occluded_span(&self, rays: BatchRays<'_>, occluded: &mut [bool], course: &Course<'_>) {
         let chunk = course.chunk(rays.len());
+        let parallel = course.parallel && rays.len() > chunk;
+        let chunks = occluded.chunks_mut(chunk).enumerate();
         if let Some(sorted) = Sorted::new(&rays, &self.bvh, course.parallel) {
             let found = self.occluded_sorted(&sorted, course);
-            each_part(occluded, chunk, course.parallel, |start, occluded| {
-                for (occluded, found) in occluded.iter_mut().zip(sorted.give(&found, start)) {
+            share_out(chunks, parallel, |(number, occluded)| {
+                let found = sorted.give(&found, number * chunk);
+                for (occluded, found) in occluded.iter_mut().zip(found) {
                     *occluded = found != 0;
                 }
             });
         } else {
-            each_part(occluded, chunk, course.parallel, |start, occluded| {
+            share_out(chunks, parallel, |(number, occluded)| {
                 if course.goes_on() {
+                    let start = number * chunk;
                     let rays = rays.range(start, start + occluded.len());
                     batch::occluded(&self.bvh, rays, occluded);
                 }
@@ -261,43 +265,15 @@ fn spans(rays: usize) -> impl Iterator<Item = (usize, usize)> {
     (0..rays).step_by(len).map(move |start| (start, (start + len).min(rays)))
 }
 
-/// Does `work` for each chunk of the hits, which starts at the first argument, on the rayon pool if
-/// `parallel`.
-fn each_chunk(
-    start: usize,
-    hits: Hits<'_>,
-    chunk: usize,
-    parallel: bool,
-    work: &(impl Fn(usize, Hits<'_>) + Sync),
-) {
-    if hits.len() <= chunk {
-        return work(start, hits);
-    }
-    // Halved at a whole chunk, so that the tiles are those of one thread.
-    let middle = (hits.len() / 2).next_multiple_of(chunk);
-    let (first, second) = hits.split_at(middle);
-    let first = || each_chunk(start, first, chunk, parallel, work);
-    let second = || each_chunk(start + middle, second, chunk, parallel, work);
-    if parallel {
-        rayon::join(first, second);
-    } else {
-        first();
-        second();
-    }
-}
-
-/// Likewise for the results of any hit.
-fn each_part(
-    occluded: &mut [bool],
-    chunk: usize,
-    parallel: bool,
-    work: impl Fn(usize, &mut [bool]) + Sync,
-) {
-    let work = |(part, occluded): (usize, &mut [bool])| work(part * chunk, occluded);
-    if parallel {
-        // One by one: rays that take long lie together, and rayon would hand out a quarter of all at once.
-        occluded.par_chunks_mut(chunk).with_max_len(1).enumerate().for_each(work);
-    } else {
-        occluded.chunks_mut(chunk).enumerate().for_each(work);
-    }
+/// The hits in chunks, each with the place of its first one.
+fn chunks(hits: Hits<'_>, chunk: usize) -> impl Iterator<Item = (usize, Hits<'_>)> {
+    let (mut start, mut rest) = (0, Some(hits));
+    std::iter::from_fn(move || {
+        let hits = rest.take().filter(|hits| !hits.is_empty())?;
+        let len = chunk.min(hits.len());
+        let (first, more) = hits.split_at(len);
+        rest = Some(more);
+        start += len;
+        Some((start - len, first))
+    })
 }

@@ -4,11 +4,10 @@
 //! [`crate::points`] for how it is made. A sample behind the surface of its point is unseen. The
 //! results are the same for every number of threads.
 
-use rayon::prelude::*;
-
 use crate::error::ShapeError;
 use crate::points::{LightSamples, Points};
 use crate::scene::{LightShape, Scene};
+use crate::share_out::share_out;
 use crate::traverse::shadow::{self, AreaLight, BLOCK_POINTS, Ordered, Query, Seen};
 
 /// How many points a thread takes at a time, if they have few samples: each part makes a tile of its own.
@@ -124,11 +123,11 @@ impl Scene {
         }
         let samples = query.samples.per_point();
         let points = part_points(samples);
-        let parts = answers.par_chunks_mut((points * A::per_point(samples)).max(1)).enumerate();
-        // One by one: points that take long lie together.
-        parts
-            .with_max_len(1)
-            .for_each(|(part, answers)| A::write(self, query, part * points, answers));
+        let part = (points * A::per_point(samples)).max(1);
+        let parallel = answers.len() > part;
+        share_out(answers.chunks_mut(part).enumerate(), parallel, |(part, answers)| {
+            A::write(self, query, part * points, answers)
+        });
     }
 }
 

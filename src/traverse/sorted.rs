@@ -10,8 +10,6 @@
 //! With threads, each has buckets for a part of the rays; a bucket is then read part by part. So nobody
 //! writes what another one reads.
 
-use rayon::prelude::*;
-
 use bytemuck::Pod;
 
 use super::batch::share_alone;
@@ -20,6 +18,7 @@ use super::run::{ALL, CELL_BITS, CELLS, DIRS, Run};
 use crate::batch_rays::{BatchRays, Start};
 use crate::bvh::Bvh;
 use crate::pages::Pages;
+use crate::share_out::share_out;
 
 /// Rays are sorted if tiles leave at least this share of them alone. In views from near, from far, from
 /// inside and at a grazing angle of four scenes it was 0.03 to 0.09 where the sort lost (most rays met
@@ -143,13 +142,10 @@ impl Sorted {
                 (first, rest) = (bucket, more);
             }
         }
-        if let [(buckets, found)] = shares.as_mut_slice() {
-            self.trace_buckets(buckets.clone(), found, &trace);
-        } else {
-            shares.into_par_iter().with_max_len(1).for_each(|(buckets, found)| {
-                self.trace_buckets(buckets, found, &trace);
-            });
-        }
+        let parallel = shares.len() > 1;
+        share_out(shares.into_iter(), parallel, |(buckets, found)| {
+            self.trace_buckets(buckets, found, &trace);
+        });
         found
     }
 
@@ -186,14 +182,14 @@ fn each_part<T: Send>(
     share: usize,
     work: impl Fn(usize, &mut [u32]) -> T + Sync,
 ) -> Vec<T> {
-    if share >= places.len() {
-        return vec![work(0, places)];
-    }
-    places
-        .par_chunks_mut(share)
-        .enumerate()
-        .map(|(part, places)| work(part * share, places))
-        .collect()
+    let parallel = share < places.len();
+    let mut results: Vec<Option<T>> = Vec::new();
+    results.resize_with(places.len().div_ceil(share.max(1)), || None);
+    let parts = places.chunks_mut(share.max(1)).zip(&mut results).enumerate();
+    share_out(parts, parallel, |(part, (places, result))| {
+        *result = Some(work(part * share, places));
+    });
+    results.into_iter().flatten().collect()
 }
 
 impl Part {
