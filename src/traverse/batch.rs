@@ -17,6 +17,11 @@ use crate::simd::{F32x8, Lanes, Native, each};
 /// The rays that one step of a batch takes: also the unit in which threads share a batch.
 pub(crate) const TILE_RAYS: usize = Tile::<Native>::RAYS;
 
+/// Batches up to this length take the thread's own tracer, longer ones make one. On the stack it traces camera rays
+/// 1.04 to 1.07 times as fast as in the memory that a thread keeps, for whatever reason: where in a page it lies is not
+/// it. To make it takes as much of 4,096 rays.
+const SHORT: usize = 4096;
+
 /// Writes the closest hit of each ray. `name` turns the ids over all geometries of some hits into
 /// `prim_id` and `geom_id`.
 pub(crate) fn intersect(
@@ -108,9 +113,24 @@ fn trace<const ANY: bool>(
     bvh: &Bvh,
     rays: BatchRays<'_>,
     writes: Ahead<5>,
+    done: impl FnMut(usize, &Group<Native>, usize),
+) {
+    if rays.len() > SHORT {
+        return trace_with::<ANY>(&mut Tracer::new(bvh), bvh, rays, writes, done);
+    }
+    let mut tracer = taken(bvh);
+    trace_with::<ANY>(&mut tracer, bvh, rays, writes, done);
+    kept::keep(&KEPT, tracer);
+}
+
+#[inline(never)]
+fn trace_with<const ANY: bool>(
+    tracer: &mut Tracer<Native>,
+    bvh: &Bvh,
+    rays: BatchRays<'_>,
+    writes: Ahead<5>,
     mut done: impl FnMut(usize, &Group<Native>, usize),
 ) {
-    let mut tracer = taken(bvh);
     tracer.tile.writes = writes;
     if let BatchRays::Arrays(rays) = rays {
         tracer.tile.reads = Ahead::new(rays.arrays());
@@ -135,7 +155,6 @@ fn trace<const ANY: bool>(
             done(start, group, (end - start).min(Native::LANES));
         }
     }
-    kept::keep(&KEPT, tracer);
 }
 
 thread_local! {
