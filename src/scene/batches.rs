@@ -62,7 +62,7 @@ impl Scene {
     /// The closest hit of each ray, on this thread. Rays come field by field ([`crate::Rays`]) or in rows
     /// ([`crate::RayRows`]), in any order and number; neighbours that run alike are traced together. Many
     /// rays that share about one start or one end but come in no order are sorted first, two million at
-    /// a time, which takes 54 bytes a ray; up to 512 MB of them are kept for the next call.
+    /// a time, which takes 56 bytes a ray; up to 512 MB of them are kept for the next call.
     ///
     /// # Errors
     /// [`ShapeError`] if there are not as many hits as rays.

@@ -123,6 +123,7 @@ fn trace<const ANY: bool>(
     kept::keep(&KEPT, tracer);
 }
 
+/// As [`trace`], by a tracer of which nothing is known.
 #[inline(never)]
 fn trace_with<const ANY: bool>(
     tracer: &mut Tracer<Native>,

@@ -41,6 +41,7 @@ impl<const FAN: bool> Cone<FAN> {
     }
 
     /// Takes the rays of other groups, whose reach `reach` fills in. False if the apex lies amidst them.
+    // Within its three callers it made camera rays 3 to 5% slower.
     #[inline(never)]
     pub(super) fn take(
         &mut self,
