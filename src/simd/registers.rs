@@ -142,6 +142,11 @@ macro_rules! lanes {
                 mask.0.select(yes, no)
             }
             #[inline(always)]
+            fn set(&mut self, mask: Self::Mask, value: Self) {
+                // The larger of a value and itself is itself, bit for bit, which the compiler doesn't know.
+                *self = mask.0.select(value, Lanes::max(*self, *self));
+            }
+            #[inline(always)]
             fn mask(bits: u32) -> Self::Mask {
                 let lane_bit = <$ints>::new(std::array::from_fn(|lane| 1 << lane));
                 let chosen = (<$ints>::splat(bits as i32) & lane_bit).simd_eq(lane_bit);
@@ -271,6 +276,27 @@ mod tests {
                 assert_eq!(lanes.lane(lane), lane as f32 + axis as f32 * 0.25);
             }
         }
+    }
+
+    fn only_chosen_lanes_are_set<F: Lanes>() {
+        // A NaN with a payload, a signalling one, a denormal, a negative zero: ids may have any bits.
+        let bits = [0x7fc1_2345, 0x7f80_0001, 1, 0x8000_0000, 0xffff_ffff];
+        let before: [f32; 16] = each(|lane| f32::from_bits(bits[lane % 5]));
+        for chosen in [0, 1, 0x5a5a, 0xffff] {
+            let mut lanes = F::load(&before);
+            lanes.set(F::mask(chosen), F::splat(2.0));
+            for lane in 0..F::LANES {
+                let expected = if chosen >> lane & 1 != 0 { 2.0 } else { before[lane] };
+                assert_eq!(lanes.lane(lane).to_bits(), expected.to_bits(), "{chosen:x} {lane}");
+            }
+        }
+    }
+
+    #[test]
+    fn lanes_are_set_where_they_are_chosen() {
+        only_chosen_lanes_are_set::<f32>();
+        only_chosen_lanes_are_set::<F32x8>();
+        only_chosen_lanes_are_set::<F32x16>();
     }
 
     #[test]

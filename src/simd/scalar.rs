@@ -93,6 +93,12 @@ impl Lanes for f32 {
         if mask { yes } else { no }
     }
     #[inline(always)]
+    fn set(&mut self, mask: bool, value: Self) {
+        if mask {
+            *self = value;
+        }
+    }
+    #[inline(always)]
     fn mask(bits: u32) -> bool {
         bits & 1 != 0
     }

@@ -72,19 +72,20 @@ impl<F: Lanes> Group<F> {
         self.ray = *ray;
         self.along = ray.axis_masks();
         self.axes = 0;
+        // Not put together in memory: what it held of the rays before was in the way.
+        let zero = F::splat(0.0);
+        let (mut shear, mut inverse, mut origin) = ([zero; 2], zero, [zero; 3]);
         for axis in 0..3 {
             if self.along[axis] != 0 {
                 self.axes |= 1 << axis;
                 let sheared = ray.sheared(axis);
                 let mask = F::mask(self.along[axis]);
-                self.shear[0] = F::select(mask, sheared.shear[0], self.shear[0]);
-                self.shear[1] = F::select(mask, sheared.shear[1], self.shear[1]);
-                self.inverse = F::select(mask, sheared.inverse, self.inverse);
-                self.sheared_origin = each(|place| {
-                    F::select(mask, sheared.origin[place], self.sheared_origin[place])
-                });
+                shear = each(|place| F::select(mask, sheared.shear[place], shear[place]));
+                inverse = F::select(mask, sheared.inverse, inverse);
+                origin = each(|place| F::select(mask, sheared.origin[place], origin[place]));
             }
         }
+        (self.shear, self.inverse, self.sheared_origin) = (shear, inverse, origin);
         self.u = F::splat(0.0);
         self.v = F::splat(0.0);
         self.ids = F::splat(f32::from_bits(NO_HIT));
@@ -254,7 +255,7 @@ impl<F: Lanes> Group<F> {
     fn keep<const ANY: bool>(&mut self, met: &Met<F>, id: u32) -> bool {
         let mut closer = met.mask;
         if ANY {
-            self.ray.t_max = F::select(met.mask, F::splat(f32::NEG_INFINITY), self.ray.t_max);
+            self.ray.t_max.set(met.mask, F::splat(f32::NEG_INFINITY));
         } else {
             // No hit is beyond `t_max`: those that are not closer are at it.
             let mut tied = (met.mask & met.t.eq(self.ray.t_max)).bits();
@@ -269,12 +270,12 @@ impl<F: Lanes> Group<F> {
                     return false;
                 }
             }
-            self.ray.t_max = F::select(closer, met.t, self.ray.t_max);
-            self.u = F::select(closer, met.u, self.u);
-            self.v = F::select(closer, met.v, self.v);
+            self.ray.t_max.set(closer, met.t);
+            self.u.set(closer, met.u);
+            self.v.set(closer, met.v);
         }
         self.missing &= !closer.bits();
-        self.ids = F::select(closer, F::splat(f32::from_bits(id)), self.ids);
+        self.ids.set(closer, F::splat(f32::from_bits(id)));
         true
     }
 

@@ -64,9 +64,9 @@ impl Bundle {
                 let mask = F32x16::mask(self.along[axis]);
                 // That of the largest part is the quotient of the shear, bit for bit.
                 let inverse = self.slab.inverse[axis];
-                self.shear[0] = Lanes::select(mask, ray.dir[x] * inverse, self.shear[0]);
-                self.shear[1] = Lanes::select(mask, ray.dir[y] * inverse, self.shear[1]);
-                self.inverse = Lanes::select(mask, inverse, self.inverse);
+                self.shear[0].set(mask, ray.dir[x] * inverse);
+                self.shear[1].set(mask, ray.dir[y] * inverse);
+                self.inverse.set(mask, inverse);
             }
         }
         let valid = ray.valid.bits();
@@ -259,7 +259,7 @@ impl Bundle {
             self.seen &= !hit;
             self.along = self.along.map(|lanes| lanes & !hit);
             let met = F32x16::mask(hit);
-            self.ray.t_max = Lanes::select(met, F32x16::splat(f32::NEG_INFINITY), self.ray.t_max);
+            self.ray.t_max.set(met, F32x16::splat(f32::NEG_INFINITY));
         }
         hit != 0
     }
