@@ -1,7 +1,7 @@
 //! Rays made ready for the kernels: scaled, checked and sheared.
 
 use crate::ray::Rays;
-use crate::simd::{LaneMask, Lanes};
+use crate::simd::{LaneMask, Lanes, each};
 
 impl Rays<'_> {
     /// The rays that `load` takes out of each array, scaled; lanes not in `active` are invalid.
@@ -68,6 +68,19 @@ impl<F: Lanes> ScaledRay<F> {
             t_max: or(t_max, f32::NEG_INFINITY),
             scale,
             valid,
+        }
+    }
+
+    /// The rays of one register.
+    #[inline(always)]
+    pub fn register(&self, index: usize) -> ScaledRay<F::Register> {
+        ScaledRay {
+            origin: each(|axis| self.origin[axis].register(index)),
+            dir: each(|axis| self.dir[axis].register(index)),
+            t_min: self.t_min.register(index),
+            t_max: self.t_max.register(index),
+            scale: self.scale.register(index),
+            valid: F::mask_register(self.valid, index),
         }
     }
 

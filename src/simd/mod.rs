@@ -28,15 +28,12 @@ pub type F32x8 = wide::f32x8;
 /// Sixteen `f32` lanes: one register with AVX-512, two or four elsewhere.
 pub type F32x16 = wide::f32x16;
 
-/// The lane count of the widest register that this build uses: 16 with AVX-512, else 8.
-pub const NATIVE_LANES: usize = if cfg!(target_feature = "avx512f") { 16 } else { 8 };
-
 /// The lanes that fill the widest register of this build.
 #[cfg(target_feature = "avx512f")]
-pub type Native = F32x16;
+type Native = F32x16;
 /// The lanes that fill the widest register of this build.
 #[cfg(not(target_feature = "avx512f"))]
-pub type Native = F32x8;
+type Native = F32x8;
 
 /// A truth value for each lane.
 pub trait LaneMask:
@@ -64,6 +61,11 @@ pub trait Lanes:
     const LANES: usize;
     /// The truth values that comparisons give.
     type Mask: LaneMask;
+    /// The lanes of the widest register of this build, if these are more. What has many values on its way goes
+    /// register by register, or half of those values would have to be put aside.
+    type Register: Lanes<Register = Self::Register>;
+    /// How many registers the lanes take.
+    const REGISTERS: usize = Self::LANES / Self::Register::LANES;
 
     /// The same value in every lane.
     fn splat(value: f32) -> Self;
@@ -117,6 +119,12 @@ pub trait Lanes:
     /// The smallest lanes of `low` and the largest of `high`, as [`Lanes::reduce_min`] and
     /// [`Lanes::reduce_max`] give them, all four in one go: a third of the operations.
     fn reduce_bounds(low: [Self; 2], high: [Self; 2]) -> [[f32; 2]; 2];
+    /// The lanes of register `index`, below [`Lanes::REGISTERS`].
+    fn register(&self, index: usize) -> Self::Register;
+    /// Writes the lanes of register `index`, likewise.
+    fn set_register(&mut self, index: usize, value: Self::Register);
+    /// The truth values of register `index`, likewise.
+    fn mask_register(mask: Self::Mask, index: usize) -> <Self::Register as Lanes>::Mask;
     /// Lane `lane`.
     fn lane(&self, lane: usize) -> f32;
     /// Writes lane `lane`.

@@ -3,14 +3,14 @@
 use std::ops::{BitAnd, BitOr, Not};
 
 use super::scalar::power_to_one;
-use super::{F32x8, F32x16, LaneMask, Lanes, each};
+use super::{F32x8, F32x16, LaneMask, Lanes, Native, each};
 
 /// A mask in the form of the vectors that compares give: all bits of a lane set, or none.
 #[derive(Clone, Copy, Debug)]
 pub struct VectorMask<V>(pub(super) V);
 
 macro_rules! lanes {
-    ($vector:ty, $count:literal, $ints:ty) => {
+    ($vector:ty, $count:literal, $ints:ty, $register:ty) => {
         impl BitAnd for VectorMask<$vector> {
             type Output = Self;
             #[inline(always)]
@@ -45,6 +45,7 @@ macro_rules! lanes {
         impl Lanes for $vector {
             const LANES: usize = $count;
             type Mask = VectorMask<$vector>;
+            type Register = $register;
 
             #[inline(always)]
             fn splat(value: f32) -> Self {
@@ -220,6 +221,20 @@ macro_rules! lanes {
                 [[least[0], least[QUARTER]], [-least[HALF], -least[HALF + QUARTER]]]
             }
             #[inline(always)]
+            fn register(&self, index: usize) -> $register {
+                let start = index * <$register>::LANES;
+                Lanes::load(&self.as_array()[start..])
+            }
+            #[inline(always)]
+            fn set_register(&mut self, index: usize, value: $register) {
+                let start = index * <$register>::LANES;
+                value.store(&mut self.as_mut_array()[start..]);
+            }
+            #[inline(always)]
+            fn mask_register(mask: Self::Mask, index: usize) -> <$register as Lanes>::Mask {
+                VectorMask(mask.0.register(index))
+            }
+            #[inline(always)]
             fn lane(&self, lane: usize) -> f32 {
                 self.as_array()[lane]
             }
@@ -250,8 +265,8 @@ impl FromBits<wide::i32x16> for F32x16 {
     }
 }
 
-lanes!(F32x8, 8, wide::i32x8);
-lanes!(F32x16, 16, wide::i32x16);
+lanes!(F32x8, 8, wide::i32x8, F32x8);
+lanes!(F32x16, 16, wide::i32x16, Native);
 
 #[cfg(test)]
 mod tests {
@@ -285,8 +300,8 @@ mod tests {
         for chosen in [0, 1, 0x5a5a, 0xffff] {
             let mut lanes = F::load(&before);
             lanes.set(F::mask(chosen), F::splat(2.0));
-            for lane in 0..F::LANES {
-                let expected = if chosen >> lane & 1 != 0 { 2.0 } else { before[lane] };
+            for (lane, &before) in before[..F::LANES].iter().enumerate() {
+                let expected = if chosen >> lane & 1 != 0 { 2.0 } else { before };
                 assert_eq!(lanes.lane(lane).to_bits(), expected.to_bits(), "{chosen:x} {lane}");
             }
         }
@@ -297,6 +312,30 @@ mod tests {
         only_chosen_lanes_are_set::<f32>();
         only_chosen_lanes_are_set::<F32x8>();
         only_chosen_lanes_are_set::<F32x16>();
+    }
+
+    fn registers_are_runs_of_lanes<F: Lanes>() {
+        let from: [f32; 16] = each(|lane| lane as f32 + 0.5);
+        let (lanes, mut copy, bits) = (F::load(&from), F::splat(0.0), 0b1010_0110_1100_0101);
+        let size = F::Register::LANES;
+        assert_eq!(F::REGISTERS * size, F::LANES);
+        for index in 0..F::REGISTERS {
+            let register = lanes.register(index);
+            let mask = F::mask_register(F::mask(bits), index);
+            assert_eq!(mask.bits(), bits >> (index * size) & ((1 << size) - 1));
+            for (lane, &value) in from[index * size..][..size].iter().enumerate() {
+                assert_eq!(register.lane(lane), value);
+            }
+            copy.set_register(index, register);
+        }
+        assert_eq!(copy.eq(lanes).bits(), (1 << F::LANES) - 1);
+    }
+
+    #[test]
+    fn lanes_are_taken_register_by_register() {
+        registers_are_runs_of_lanes::<f32>();
+        registers_are_runs_of_lanes::<F32x8>();
+        registers_are_runs_of_lanes::<F32x16>();
     }
 
     #[test]

@@ -19,6 +19,7 @@ impl LaneMask for bool {
 impl Lanes for f32 {
     const LANES: usize = 1;
     type Mask = bool;
+    type Register = Self;
 
     #[inline(always)]
     fn splat(value: f32) -> Self {
@@ -97,6 +98,18 @@ impl Lanes for f32 {
         if mask {
             *self = value;
         }
+    }
+    #[inline(always)]
+    fn register(&self, _: usize) -> Self {
+        *self
+    }
+    #[inline(always)]
+    fn set_register(&mut self, _: usize, value: Self) {
+        *self = value;
+    }
+    #[inline(always)]
+    fn mask_register(mask: bool, _: usize) -> bool {
+        mask
     }
     #[inline(always)]
     fn mask(bits: u32) -> bool {

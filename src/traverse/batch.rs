@@ -12,10 +12,10 @@ use crate::kernels::ScaledRay;
 use crate::prefetch::Ahead;
 use crate::ray::{Ray, RayPacket, Rays};
 use crate::rows::RayRows;
-use crate::simd::{F32x8, Lanes, Native, each};
+use crate::simd::{F32x8, F32x16, Lanes, each};
 
 /// The rays that one step of a batch takes: also the unit in which threads share a batch.
-pub(crate) const TILE_RAYS: usize = Tile::<Native>::RAYS;
+pub(crate) const TILE_RAYS: usize = Tile::<F32x16>::RAYS;
 
 /// Batches up to this length take the thread's own tracer, longer ones make one. On the stack it traces camera rays
 /// 1.04 to 1.07 times as fast as in the memory that a thread keeps, for whatever reason: where in a page it lies is not
@@ -28,7 +28,7 @@ pub(crate) fn intersect(
     bvh: &Bvh,
     rays: BatchRays<'_>,
     hits: &mut Hits<'_>,
-    name: impl Fn(&[u32; Native::LANES]) -> [[u32; Native::LANES]; 2],
+    name: impl Fn(&[u32; F32x16::LANES]) -> [[u32; F32x16::LANES]; 2],
 ) {
     trace::<false>(bvh, rays, Ahead::new(hits.arrays()), |start, group, count| {
         let range = start..start + count;
@@ -45,7 +45,7 @@ pub(crate) fn intersect(
 /// Registers in memory, each in one line of the cache: what lies in two can't be read before it is written
 /// there, and that waits for all that was written before.
 #[repr(align(64))]
-struct Lines([[f32; Native::LANES]; 3]);
+struct Lines([[f32; F32x16::LANES]; 3]);
 
 /// Gives the closest hit of each ray, by the ray's number: the bits of `t`, `u` and `v`, and the id over all
 /// geometries.
@@ -55,7 +55,7 @@ pub(crate) fn intersect_each(
     mut give: impl FnMut(usize, [u32; 4]),
 ) {
     trace::<false>(bvh, rays, Ahead::new([&[]; 5]), |start, group, count| {
-        let mut hits = Lines([[0.0; Native::LANES]; 3]);
+        let mut hits = Lines([[0.0; F32x16::LANES]; 3]);
         group.t().store(&mut hits.0[0]);
         group.u.store(&mut hits.0[1]);
         group.v.store(&mut hits.0[2]);
@@ -113,7 +113,7 @@ fn trace<const ANY: bool>(
     bvh: &Bvh,
     rays: BatchRays<'_>,
     writes: Ahead<5>,
-    done: impl FnMut(usize, &Group<Native>, usize),
+    done: impl FnMut(usize, &Group<F32x16>, usize),
 ) {
     if rays.len() > SHORT {
         return trace_with::<ANY>(&mut Tracer::new(bvh), bvh, rays, writes, done);
@@ -126,11 +126,11 @@ fn trace<const ANY: bool>(
 /// As [`trace`], by a tracer of which nothing is known.
 #[inline(never)]
 fn trace_with<const ANY: bool>(
-    tracer: &mut Tracer<Native>,
+    tracer: &mut Tracer<F32x16>,
     bvh: &Bvh,
     rays: BatchRays<'_>,
     writes: Ahead<5>,
-    mut done: impl FnMut(usize, &Group<Native>, usize),
+    mut done: impl FnMut(usize, &Group<F32x16>, usize),
 ) {
     tracer.tile.writes = writes;
     if let BatchRays::Arrays(rays) = rays {
@@ -152,29 +152,29 @@ fn trace_with<const ANY: bool>(
         }
         tile.writes.turn_to(start..end);
         tracer.trace::<ANY>(bvh);
-        for (group, start) in tracer.tile.groups.iter().zip((start..end).step_by(Native::LANES)) {
-            done(start, group, (end - start).min(Native::LANES));
+        for (group, start) in tracer.tile.groups.iter().zip((start..end).step_by(F32x16::LANES)) {
+            done(start, group, (end - start).min(F32x16::LANES));
         }
     }
 }
 
 thread_local! {
-    static KEPT: Kept<Tracer<Native>> = const { Kept::new(None) };
+    static KEPT: Kept<Tracer<F32x16>> = const { Kept::new(None) };
 }
 
 /// The thread's, of which nothing is known.
-fn taken(bvh: &Bvh) -> Box<Tracer<Native>> {
+fn taken(bvh: &Bvh) -> Box<Tracer<F32x16>> {
     let mut tracer = kept::take(&KEPT, || Tracer::new(bvh));
     tracer.turn_to(bvh);
     tracer
 }
 
 /// Takes the rays from `start` up to `end`, at most a tile of them.
-fn load_rows(tile: &mut Tile<Native>, rays: &RayRows<'_>, start: usize, end: usize) {
-    for (group, first) in (start..end).step_by(Native::LANES).enumerate() {
-        let count = (end - first).min(Native::LANES);
-        let [x, y, z, dx, dy, dz, t_min, t_max] = rays.lanes::<Native>(first, count);
-        let active = Native::mask((1_u32 << count) - 1);
+fn load_rows(tile: &mut Tile<F32x16>, rays: &RayRows<'_>, start: usize, end: usize) {
+    for (group, first) in (start..end).step_by(F32x16::LANES).enumerate() {
+        let count = (end - first).min(F32x16::LANES);
+        let [x, y, z, dx, dy, dz, t_min, t_max] = rays.lanes::<F32x16>(first, count);
+        let active = F32x16::mask((1_u32 << count) - 1);
         let ray = ScaledRay::new([x, y, z], [dx, dy, dz], t_min, t_max, active);
         tile.load_group(group, &ray);
     }

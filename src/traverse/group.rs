@@ -1,4 +1,5 @@
-//! A group: one register of rays, and what they have met so far.
+//! A group: sixteen rays, or as many as a query has, and what they have met so far. Boxes are tested with
+//! all of them, primitives with those of one register at a time: they have too many values for two.
 //!
 //! Lanes without a valid ray hold an empty range: they meet no box and no primitive. So do lanes
 //! that look for any hit and have one.
@@ -17,7 +18,7 @@ use crate::simd::{LaneMask, Lanes, each};
 /// The most lanes of a group.
 pub(super) const MAX_LANES: usize = 16;
 
-/// One register of rays and what they have met.
+/// Rays and what they have met.
 #[derive(Clone, Copy)]
 #[repr(C, align(64))]
 pub(super) struct Group<F: Lanes> {
@@ -113,7 +114,10 @@ impl<F: Lanes> Group<F> {
     /// Makes the rays ready for primitives that are not seen from the origin of all rays.
     #[inline(always)]
     pub(super) fn prepare_primitives(&mut self, extent: f32) {
-        self.start = self.sheared().sure_start(extent);
+        for register in 0..F::REGISTERS {
+            let start = self.sheared(register).sure_start(extent);
+            self.start.set_register(register, start);
+        }
     }
 
     /// Makes the rays ready for [`Group::interval`].
@@ -143,31 +147,38 @@ impl<F: Lanes> Group<F> {
         }
     }
 
-    /// The rays, each in the order of its own main axis.
+    /// The rays of one register, each in the order of its own main axis.
     #[inline(always)]
-    fn sheared(&self) -> Sheared<F> {
+    fn sheared(&self, register: usize) -> Sheared<F::Register> {
         Sheared {
-            origin: self.sheared_origin,
-            shear: self.shear,
-            inverse: self.inverse,
-            t_min: self.ray.t_min,
-            t_max: self.ray.t_max,
+            origin: each(|place| self.sheared_origin[place].register(register)),
+            shear: each(|place| self.shear[place].register(register)),
+            inverse: self.inverse.register(register),
+            t_min: self.ray.t_min.register(register),
+            t_max: self.ray.t_max.register(register),
         }
     }
 
-    /// Tests a triangle, which may already be relative to the origin that all rays share. True if it is
-    /// kept for any lane.
+    /// The directions of one register.
+    #[inline(always)]
+    pub(super) fn dir(&self, register: usize) -> [F::Register; 3] {
+        each(|axis| self.ray.dir[axis].register(register))
+    }
+
+    /// Tests a triangle, which may already be relative to the origin that all rays share, with the rays of
+    /// one register. True if it is kept for any lane.
     ///
     /// What rays start on is left out early if `AFTER`: the rays must have been made ready for that.
     #[inline(always)]
     pub(super) fn meet_triangle<const ANY: bool, const AFTER: bool>(
         &mut self,
-        corners: &Corners<F, 3>,
+        register: usize,
+        corners: &Corners<F::Register, 3>,
         from_origin: bool,
         id: u32,
     ) -> bool {
-        let start = self.start;
-        self.meet_points::<ANY, 3>(corners, from_origin, id, |ray, corners, active| {
+        let start = self.start.register(register);
+        self.meet_points::<ANY, 3>(register, corners, from_origin, id, |ray, corners, active| {
             if AFTER {
                 intersect_triangle_after(ray, corners, start, active)
             } else {
@@ -179,53 +190,65 @@ impl<F: Lanes> Group<F> {
     /// False if [`Group::meet_triangle`] would keep nothing, whatever its rays have met; told without a
     /// branch. The rays must have been made ready for primitives.
     #[inline(always)]
-    pub(super) fn may_meet_triangle(&self, corners: &Corners<F, 3>) -> bool {
-        let ray = self.sheared();
-        let corners = self.projected(&ray, corners, false);
-        may_meet_triangle_after(&ray, &corners, self.start, self.ray.valid).any()
+    pub(super) fn may_meet_triangle(
+        &self,
+        register: usize,
+        corners: &Corners<F::Register, 3>,
+    ) -> bool {
+        let ray = self.sheared(register);
+        let corners = self.projected(register, &ray, corners, false);
+        let valid = F::mask_register(self.ray.valid, register);
+        may_meet_triangle_after(&ray, &corners, self.start.register(register), valid).any()
     }
 
     /// Tests a quad, its corners in order around it, likewise. True if it is kept for any lane.
     #[inline(always)]
     pub(super) fn meet_quad<const ANY: bool>(
         &mut self,
-        corners: &Corners<F, 4>,
+        register: usize,
+        corners: &Corners<F::Register, 4>,
         from_origin: bool,
         id: u32,
     ) -> bool {
-        self.meet_points::<ANY, 4>(corners, from_origin, id, |ray, corners, active| {
+        self.meet_points::<ANY, 4>(register, corners, from_origin, id, |ray, corners, active| {
             intersect_quad(ray, corners, active)
         })
     }
 
-    /// Tests a primitive of so many corners with all lanes, whatever their main axes are.
+    /// Tests a primitive of so many corners with the rays of one register, whatever their main axes are.
     #[inline(always)]
     fn meet_points<const ANY: bool, const POINTS: usize>(
         &mut self,
-        corners: &Corners<F, POINTS>,
+        register: usize,
+        corners: &Corners<F::Register, POINTS>,
         from_origin: bool,
         id: u32,
-        test: impl Fn(&Sheared<F>, [Projected<F>; POINTS], F::Mask) -> Option<Met<F>>,
+        test: impl Fn(
+            &Sheared<F::Register>,
+            [Projected<F::Register>; POINTS],
+            <F::Register as Lanes>::Mask,
+        ) -> Option<Met<F::Register>>,
     ) -> bool {
-        let ray = self.sheared();
-        let corners = self.projected(&ray, corners, from_origin);
-        let met = test(&ray, corners, self.wanted::<ANY>());
-        met.is_some_and(|met| self.keep::<ANY>(&met, id))
+        let ray = self.sheared(register);
+        let corners = self.projected(register, &ray, corners, from_origin);
+        let met = test(&ray, corners, self.wanted::<ANY>(register));
+        met.is_some_and(|met| self.keep::<ANY>(register, &met, id))
     }
 
-    /// The corners of a primitive as all lanes see them, whatever their main axes are.
+    /// The corners of a primitive as the rays of one register see them, whatever their main axes are.
     #[inline(always)]
     fn projected<const POINTS: usize>(
         &self,
-        ray: &Sheared<F>,
-        corners: &Corners<F, POINTS>,
+        register: usize,
+        ray: &Sheared<F::Register>,
+        corners: &Corners<F::Register, POINTS>,
         from_origin: bool,
-    ) -> [Projected<F>; POINTS] {
+    ) -> [Projected<F::Register>; POINTS] {
         // One test for both, and for rays along several axes: cheaper than one for each axis.
         let points = if self.axes == corners.axis() {
             corners.straight()
         } else {
-            corners.turned(&self.along)
+            corners.turned(&each(|axis| self.along[axis] >> first_lane::<F>(register)))
         };
         each(|corner| {
             if from_origin {
@@ -236,46 +259,57 @@ impl<F: Lanes> Group<F> {
         })
     }
 
-    /// Tests a sphere, centre and radius. True if it is kept for any lane.
+    /// Tests a sphere, centre and radius, with the rays of one register. True if it is kept for any lane.
     #[inline(always)]
-    pub(super) fn meet_sphere<const ANY: bool>(&mut self, sphere: &[f32; 4], id: u32) -> bool {
-        let [x, y, z, radius] = sphere.map(F::splat);
-        intersect_sphere(&self.ray, [x, y, z], radius, self.wanted::<ANY>())
-            .is_some_and(|met| self.keep::<ANY>(&met, id))
+    pub(super) fn meet_sphere<const ANY: bool>(
+        &mut self,
+        register: usize,
+        sphere: &[f32; 4],
+        id: u32,
+    ) -> bool {
+        let [x, y, z, radius] = sphere.map(Lanes::splat);
+        let ray = self.ray.register(register);
+        intersect_sphere(&ray, [x, y, z], radius, self.wanted::<ANY>(register))
+            .is_some_and(|met| self.keep::<ANY>(register, &met, id))
     }
 
-    /// The lanes that are still to be tested.
+    /// The lanes of one register that are still to be tested.
     #[inline(always)]
-    fn wanted<const ANY: bool>(&self) -> F::Mask {
-        if ANY { F::mask(self.missing) } else { self.ray.valid }
+    fn wanted<const ANY: bool>(&self, register: usize) -> <F::Register as Lanes>::Mask {
+        if ANY {
+            F::Register::mask(self.missing >> first_lane::<F>(register))
+        } else {
+            F::mask_register(self.ray.valid, register)
+        }
     }
 
     /// Keeps the lanes of `met` that are closer than what they have.
     #[inline(always)]
-    fn keep<const ANY: bool>(&mut self, met: &Met<F>, id: u32) -> bool {
+    fn keep<const ANY: bool>(&mut self, register: usize, met: &Met<F::Register>, id: u32) -> bool {
+        let first = first_lane::<F>(register);
         let mut closer = met.mask;
         if ANY {
-            self.ray.t_max.set(met.mask, F::splat(f32::NEG_INFINITY));
+            set::<F>(&mut self.ray.t_max, register, closer, F::Register::splat(f32::NEG_INFINITY));
         } else {
             // No hit is beyond `t_max`: those that are not closer are at it.
-            let mut tied = (met.mask & met.t.eq(self.ray.t_max)).bits();
+            let mut tied = (met.mask & met.t.eq(self.ray.t_max.register(register))).bits();
             if tied != 0 {
-                for lane in 0..F::LANES {
-                    if tied >> lane & 1 != 0 && id < self.id(lane) {
+                for lane in 0..F::Register::LANES {
+                    if tied >> lane & 1 != 0 && id < self.id(first + lane) {
                         tied &= !(1 << lane);
                     }
                 }
-                closer = closer & !F::mask(tied);
+                closer = closer & !F::Register::mask(tied);
                 if !closer.any() {
                     return false;
                 }
             }
-            self.ray.t_max.set(closer, met.t);
-            self.u.set(closer, met.u);
-            self.v.set(closer, met.v);
+            set::<F>(&mut self.ray.t_max, register, closer, met.t);
+            set::<F>(&mut self.u, register, closer, met.u);
+            set::<F>(&mut self.v, register, closer, met.v);
         }
-        self.missing &= !closer.bits();
-        self.ids.set(closer, F::splat(f32::from_bits(id)));
+        self.missing &= !(closer.bits() << first);
+        set::<F>(&mut self.ids, register, closer, F::Register::splat(f32::from_bits(id)));
         true
     }
 
@@ -346,4 +380,23 @@ impl<F: Lanes> Group<F> {
         let best = self.best(lane);
         (best.id != NO_HIT).then(|| Closest { t: best.t * self.ray.scale.lane(lane), ..best })
     }
+}
+
+/// The first lane of a register.
+#[inline(always)]
+fn first_lane<F: Lanes>(register: usize) -> usize {
+    register * F::Register::LANES
+}
+
+/// Writes `value` to the lanes of one register that are in `mask`.
+#[inline(always)]
+fn set<F: Lanes>(
+    lanes: &mut F,
+    register: usize,
+    mask: <F::Register as Lanes>::Mask,
+    value: F::Register,
+) {
+    let mut own = lanes.register(register);
+    own.set(mask, value);
+    lanes.set_register(register, own);
 }

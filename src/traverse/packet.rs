@@ -62,18 +62,18 @@ pub(super) fn trace<const ANY: bool>(bvh: &Bvh, group: &mut Group<F32x8>) {
                             let leaf = &bvh.leaves.triangles;
                             let fields = leaf.get(first, count, place);
                             let corners = Corners::new(main, |field| fields[field]);
-                            group.meet_triangle::<ANY, true>(&corners, false, leaf.ids[slot]);
+                            group.meet_triangle::<ANY, true>(0, &corners, false, leaf.ids[slot]);
                         }
                         PrimKind::Quad => {
                             let leaf = &bvh.leaves.quads;
                             let fields = leaf.get(first, count, place);
                             let corners = Corners::new(main, |field| fields[field]);
-                            group.meet_quad::<ANY>(&corners, false, leaf.ids[slot]);
+                            group.meet_quad::<ANY>(0, &corners, false, leaf.ids[slot]);
                         }
                         PrimKind::Sphere => {
                             let leaf = &bvh.leaves.spheres;
                             let sphere = leaf.get(first, count, place);
-                            group.meet_sphere::<ANY>(&sphere, leaf.ids[slot]);
+                            group.meet_sphere::<ANY>(0, &sphere, leaf.ids[slot]);
                         }
                     }
                 }

@@ -1,8 +1,9 @@
 //! A tile: up to sixteen groups of rays, taken through the tree together as long as many of them go the
 //! same way.
 //!
-//! Layout: a group is one register of rays (sixteen with AVX-512, else eight). What is known of a
-//! group as a whole is one lane of sixteen in the tile's [`Aim`].
+//! Layout: a group is sixteen rays: one register with AVX-512, else two. What is known of a group as a
+//! whole is one lane of sixteen in the tile's [`Aim`]. Groups of eight rays without AVX-512, of one register,
+//! take twice the nodes: camera rays 0.84 to 0.89, mirrors 1.00, shadow rays 0.86 to 1.03, diffuse ones 0.93.
 //!
 //! A descent keeps a set of groups for each waiting node:
 //! 1. The node's eight boxes against the whole tile, in eight lanes.
@@ -11,7 +12,7 @@
 //!    leaves the set if none meets it. If few rays are left, the child goes to their lists in
 //!    [`Rest`], for them to be traced one by one (see [`pace::is_worth`]).
 //! 4. In a leaf, the boxes of its primitives go the same way, and the groups that are left test the
-//!    primitive with all their rays.
+//!    primitive with all their rays, register by register.
 //!
 //! Invariants: bounds, slab tests and the primitives' own tests never contradict each other, so a
 //! descent finds what the scalar reference finds.

@@ -2,13 +2,16 @@
 
 use super::{GROUPS, Tile};
 use crate::bvh::{Bvh, Child, LeafArray, PrimKind, WIDTH};
-use crate::simd::{F32x8, Lanes, each};
+use crate::simd::{F32x8, F32x16, Lanes, each};
 use crate::traverse::corners::Corners;
 use crate::traverse::cull::Cull;
 use crate::traverse::group::Group;
 use crate::traverse::leaf::{Leaf, SPHERE_FIELDS, boxes};
 use crate::traverse::visits::count;
 use crate::traverse::{ones, pace};
+
+/// As many tests as a leaf takes at most: of each primitive with each register of rays.
+const MOST_TESTS: usize = WIDTH * GROUPS * F32x16::REGISTERS;
 
 impl<F: Lanes> Tile<F> {
     /// Tests a leaf of that description with these groups.
@@ -28,32 +31,34 @@ impl<F: Lanes> Tile<F> {
         // Rays that look for any hit end with it: to test all pairs beforehand is too much for them.
         let sift = C::BOUNDED && !ANY;
         match kind {
-            PrimKind::Triangle => self.enter_leaf::<ANY, C, 9, Corners<F, 3>>(
+            PrimKind::Triangle => self.enter_leaf::<ANY, C, 9, Corners<F::Register, 3>>(
                 cull,
                 groups,
                 (&leaves.triangles, leaf),
                 |main, field| Corners::new(main, field),
                 sift.then_some(Group::may_meet_triangle),
-                |group, corners, id| match sift {
-                    true => group.meet_triangle::<ANY, false>(corners, C::FAN, id),
-                    false => group.meet_triangle::<ANY, APART>(corners, C::FAN, id),
+                |group, register, corners, id| match sift {
+                    true => group.meet_triangle::<ANY, false>(register, corners, C::FAN, id),
+                    false => group.meet_triangle::<ANY, APART>(register, corners, C::FAN, id),
                 },
             ),
-            PrimKind::Quad => self.enter_leaf::<ANY, C, 12, Corners<F, 4>>(
+            PrimKind::Quad => self.enter_leaf::<ANY, C, 12, Corners<F::Register, 4>>(
                 cull,
                 groups,
                 (&leaves.quads, leaf),
                 |main, field| Corners::new(main, field),
-                None::<fn(&_, &_) -> _>,
-                |group, corners, id| group.meet_quad::<ANY>(corners, C::FAN, id),
+                None::<fn(&_, _, &_) -> _>,
+                |group, register, corners, id| {
+                    group.meet_quad::<ANY>(register, corners, C::FAN, id)
+                },
             ),
             PrimKind::Sphere => self.enter_leaf::<ANY, C, 4, [f32; 4]>(
                 cull,
                 groups,
                 (&leaves.spheres, leaf),
                 |_, field| each(field),
-                None::<fn(&_, &_) -> _>,
-                |group, sphere, id| group.meet_sphere::<ANY>(sphere, id),
+                None::<fn(&_, _, &_) -> _>,
+                |group, register, sphere, id| group.meet_sphere::<ANY>(register, sphere, id),
             ),
         }
     }
@@ -72,8 +77,8 @@ impl<F: Lanes> Tile<F> {
         groups: u32,
         (array, (first, len)): (&LeafArray<FIELDS>, (u32, u32)),
         ready: impl Fn(usize, &dyn Fn(usize) -> f32) -> P,
-        may_meet: Option<impl Fn(&Group<F>, &P) -> bool>,
-        meet: impl Fn(&mut Group<F>, &P, u32) -> bool,
+        may_meet: Option<impl Fn(&Group<F>, usize, &P) -> bool>,
+        meet: impl Fn(&mut Group<F>, usize, &P, u32) -> bool,
     ) {
         count(|visits| visits.leaves += 1);
         self.spend(pace::LEAF);
@@ -108,23 +113,26 @@ impl<F: Lanes> Tile<F> {
             self.spend(pace::PRIMITIVE * number);
             let (leaf, outlines) = unpacked();
             let taken = |place: usize| ready(main, &|field| leaf.field(place, field));
-            let (mut left, mut kept) = ([0_u8; GROUPS * WIDTH], 0);
+            let (mut left, mut kept) = ([0_u8; MOST_TESTS], 0);
             for (half, mut pairs) in pairs.into_iter().enumerate() {
                 while pairs != 0 {
                     let pair = 64 * half + pairs.trailing_zeros() as usize;
                     pairs &= pairs - 1;
                     let (place, group) = (pair / GROUPS, &self.groups[pair % GROUPS]);
-                    let may_meet = match &outlines {
-                        Some(outlines) => outlines.may_meet(place, &group.ray.dir),
-                        None => may_meet(group, &taken(place)),
-                    };
-                    left[kept % (GROUPS * WIDTH)] = pair as u8;
-                    kept += usize::from(may_meet);
+                    for register in 0..F::REGISTERS {
+                        let may_meet = match &outlines {
+                            Some(outlines) => outlines.may_meet(place, &group.dir(register)),
+                            None => may_meet(group, register, &taken(place)),
+                        };
+                        left[kept % MOST_TESTS] = (pair * F::REGISTERS + register) as u8;
+                        kept += usize::from(may_meet);
+                    }
                 }
             }
-            for pair in left[..kept].iter().map(|&pair| usize::from(pair)) {
+            for test in left[..kept].iter().map(|&test| usize::from(test)) {
+                let (pair, register) = (test / F::REGISTERS, test % F::REGISTERS);
                 let (place, index) = (pair / GROUPS, pair % GROUPS);
-                let met = meet(&mut self.groups[index], &taken(place), ids[place]);
+                let met = meet(&mut self.groups[index], register, &taken(place), ids[place]);
                 closer |= self.tested::<ANY>(index, met);
             }
         } else {
@@ -139,15 +147,21 @@ impl<F: Lanes> Tile<F> {
                 count(|visits| visits.primitives += 1);
                 self.spend(pace::PRIMITIVE * met.count_ones());
                 if let Some(outlines) = &outlines {
-                    let dir = |index: usize| &self.groups[index & 15].ray.dir;
-                    let inside = |index: usize| outlines.may_meet(place, dir(index));
+                    let dir = |index: usize, register| self.groups[index & 15].dir(register);
+                    let inside = |index: usize| {
+                        (0..F::REGISTERS).fold(false, |inside, register| {
+                            inside | outlines.may_meet(place, &dir(index, register))
+                        })
+                    };
                     met = ones(met).fold(0, |met, index| met | u32::from(inside(index)) << index);
                 }
                 let primitive = ready(main, &|field| leaf.field(place, field));
                 let id = ids[place];
                 for index in ones(met) {
-                    let met = meet(&mut self.groups[index], &primitive, id);
-                    closer |= self.tested::<ANY>(index, met);
+                    for register in 0..F::REGISTERS {
+                        let met = meet(&mut self.groups[index], register, &primitive, id);
+                        closer |= self.tested::<ANY>(index, met);
+                    }
                 }
             }
         }
