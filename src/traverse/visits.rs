@@ -20,7 +20,7 @@ pub struct Visits {
     pub leaves: u64,
     /// Primitives of a leaf that a tile tested with any group.
     pub primitives: u64,
-    /// Tests of a primitive with a group's rays, or with a single ray.
+    /// Tests of a primitive with one register of a group's rays, or with a single ray.
     pub primitive_groups: u64,
     /// Such tests in which some ray met the primitive.
     pub met_groups: u64,
