@@ -104,8 +104,8 @@ pub trait Lanes:
     /// Writes `value` to the lanes in `mask`, bits untouched: for memory that is read again soon.
     ///
     /// Of a [`Lanes::select`] between a value and what is in memory, stored there again, the compiler makes a
-    /// masked store. On AMD's Zen 3 that is some forty operations (camera rays were 1.2 to 1.4 times as fast
-    /// without), and elsewhere, too, the next load has to wait until it is in the cache.
+    /// masked store. On AMD's Zen 3 that is some forty operations: camera rays were 1.2 to 1.4 times as fast
+    /// without. Elsewhere a load that follows one may have to wait until it is in the cache; not measured.
     fn set(&mut self, mask: Self::Mask, value: Self);
     /// The mask whose lane `i` is bit `i` of `bits`.
     fn mask(bits: u32) -> Self::Mask;
